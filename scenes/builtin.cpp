@@ -6,6 +6,7 @@
 #include "scenes/fail_scenes.h"
 #include "scenes/scene_file.h"
 
+#include <cctype>
 #include <filesystem>
 #include <stdexcept>
 
@@ -34,6 +35,17 @@ const Generator kGenerators[] = {
 
 const std::string kBuiltinPrefix = "builtin:";
 
+/// Returns the built-in scene whose name has the same letters, "fail-wires" of "Fail_wires"; "" if
+/// there is none.
+std::string nearestBuiltin(std::string name) {
+    for (char& c : name)
+        c = c == '_' || c == ' ' ? '-' : char(std::tolower(static_cast<unsigned char>(c)));
+    for (const BuiltinInfo& info : builtinScenes())
+        if (info.name == name)
+            return name;
+    return "";
+}
+
 /// Throws Error kUsage for an unknown name, listing the known ones.
 void requireBuiltin(const std::string& name) {
     std::string known;
@@ -42,8 +54,11 @@ void requireBuiltin(const std::string& name) {
             return;
         known += (known.empty() ? "" : ", ") + info.name;
     }
+    const std::string nearest = nearestBuiltin(name);
     throw Error(ErrorKind::kUsage,
-                "there is no built-in scene '" + name + "'; the built-in scenes are: " + known);
+                "there is no built-in scene '" + name + "'; " +
+                    (nearest.empty() ? "the built-in scenes are: " + known
+                                     : "did you mean " + kBuiltinPrefix + nearest + "?"));
 }
 
 } // namespace
@@ -94,10 +109,9 @@ void requireScene(const std::string& sceneArgument) {
                                            "parts: shadowdag merge PART... -o F.svdag");
     std::error_code error;
     if (!std::filesystem::exists(sceneArgument, error)) {
-        for (const BuiltinInfo& info : builtinScenes())
-            if (info.name == sceneArgument)
-                throw Error(ErrorKind::kInput, sceneArgument + ": no such file; did you mean " +
-                                                   kBuiltinPrefix + sceneArgument + "?");
+        if (const std::string nearest = nearestBuiltin(sceneArgument); !nearest.empty())
+            throw Error(ErrorKind::kInput, sceneArgument + ": no such file; did you mean " +
+                                               kBuiltinPrefix + nearest + "?");
         throw Error(ErrorKind::kInput, sceneArgument + ": " +
                                            (error ? error.message() : "no such file") +
                                            "; check the name");

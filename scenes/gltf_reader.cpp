@@ -31,6 +31,13 @@ std::string numbered(const char* kind, size_t index) {
     return kind + std::to_string(index);
 }
 
+// std::to_string would show a tiny number as 0, and a huge one with 309 digits.
+std::string shortText(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
 class SceneReader {
 public:
     SceneReader(const std::string& path, GltfSource source)
@@ -60,12 +67,12 @@ private:
 
     float checkedFloat(double value, const std::string& place) const {
         if (!(std::fabs(value) <= kMaxMagnitude))
-            fail(document_, place, std::to_string(value) + " is not a number within 1e30");
+            fail(document_, place, shortText(value) + " is not a number within 1e30");
         return float(value);
     }
     float checkedPositiveOrZero(double value, const std::string& place) const {
         if (value < 0.0)
-            fail(document_, place, std::to_string(value) + " is negative");
+            fail(document_, place, shortText(value) + " is negative");
         return checkedFloat(value, place);
     }
     /// Returns `fallback` for an absent array; throws when it has another length than N.
@@ -417,8 +424,7 @@ void SceneReader::readLights() {
         else
             light.rangeWorld = checkedPositiveOrZero(source.range, place + "/range");
         if (light.rangeWorld > kMaxRangeWorld)
-            fail(document_, place + "/range",
-                 std::to_string(source.range) + " exceeds 1e18 metres");
+            fail(document_, place + "/range", shortText(source.range) + " exceeds 1e18 metres");
         if (source.type == "spot") {
             light.kind = Light::kSpot;
             const double inner = source.spot.innerConeAngle, outer = source.spot.outerConeAngle;
@@ -433,13 +439,6 @@ void SceneReader::readLights() {
         }
         scene_.lights.push_back(std::move(light));
     }
-}
-
-// std::to_string would show a tiny number as 0.
-std::string shortText(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", value);
-    return text;
 }
 
 void SceneReader::readCameras() {
@@ -728,6 +727,8 @@ void SceneReader::writeWarnings() {
          "textures ignored: of textures, pictures show base colours alone.");
     scene_.warnings.insert(scene_.warnings.end(), textures_.warnings.begin(),
                            textures_.warnings.end());
+    warn(document_.surplusBytes, "bytes after the length that the GLB header states are ignored: "
+                                 "fetch or export the file again.");
     warn(document_.ignoredMaterialExtensionCount,
          "required extensions ignored that change colours only.");
 }

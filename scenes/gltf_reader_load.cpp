@@ -4,6 +4,7 @@
 
 #include "cuda/error.h"
 #include "scenes/input_file.h"
+#include "scenes/json_text.h"
 #include "scenes/printable.h"
 #include "scenes/scene_folder.h"
 #include "scenes/scene_kind.h"
@@ -12,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -260,6 +262,27 @@ std::string firstLine(const std::string& text) {
     return line.empty() ? "tinygltf gives no reason" : line;
 }
 
+// Returns tinygltf's message in our words if it is that of its reader of JSON.
+std::string jsonProblem(const std::string& said, std::string_view json) {
+    if (!said.starts_with("[json.exception."))
+        return said;
+    const std::string number = "number overflow parsing ";
+    if (const size_t at = said.find(number); at != std::string::npos)
+        return "the number " + said.substr(at + number.size()) + " is beyond 1.8e308";
+    unsigned line = 0, column = 0;
+    const size_t place = said.find("line ");
+    if (place == std::string::npos ||
+        std::sscanf(said.c_str() + place, "line %u, column %u", &line, &column) != 2)
+        return said;
+    size_t byte = 0;
+    for (unsigned i = 1; i < line && byte < json.size(); ++i)
+        byte = std::min(json.find('\n', byte), json.size() - 1) + 1;
+    return "is not JSON at line " + std::to_string(line) + ", column " + std::to_string(column) +
+           (column > 0 && isNoNumber(json, byte + column - 1)
+                ? "; JSON has no NaN and no Infinity: write a number"
+                : "; export the file again");
+}
+
 } // namespace
 
 void fail(const Document& document, const std::string& place, const std::string& problem) {
@@ -282,9 +305,14 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     document.path = path;
     document.inputBytes = bytes.size();
     JsonSummary summary;
+    struct {
+        size_t from, bytes;
+    } json{0, bytes.size()}; // its place in the file
     const bool isGlb = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
     if (isGlb) {
         const GlbLayout layout = checkGlb(document, bytes);
+        document.surplusBytes = bytes.size() - loadUint32(bytes, 8);
+        json = {20, layout.jsonBytes};
         summary =
             screenJson(document, reinterpret_cast<char*>(bytes.data()) + 20, layout.jsonBytes);
         // tinygltf copies the BIN chunk into every buffer without a URI; the format allows one.
@@ -298,7 +326,7 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
                      std::to_string(layout.binaryBytes) + " bytes; one is meant to use it");
     } else {
         if (const std::optional<SceneKind> other = otherKindOf(path, bytes))
-            refuseKind(path, *other);
+            refuseKind(path, *other, bytes);
         summary = screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
     }
 
@@ -328,7 +356,9 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     // A missing extension explains other errors best.
     checkExtensions(document);
     if (!isLoaded) {
-        std::string reason = firstLine(error);
+        std::string reason =
+            jsonProblem(firstLine(error),
+                        {reinterpret_cast<const char*>(bytes.data()) + json.from, json.bytes});
         if (reason.starts_with("'count' property")) // of the accessor after those that were read
             reason = "accessors/" + std::to_string(document.model.accessors.size()) + ": " +
                      reason + "; it counts elements: export the file again";

@@ -93,7 +93,7 @@ std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits
         if (got == 0)
             return content;
         if (got < 0 && error == EAGAIN && !S_ISFIFO(status.st_mode)) {
-            why = "is read as a pipe is, with nothing in it now; a regular file is read";
+            why = "behaves like a pipe with nothing to read yet; give a regular file";
             return std::nullopt;
         }
         if (got < 0 && error != EINTR && error != EAGAIN) {
@@ -124,7 +124,7 @@ std::string whyNoInput(const std::string& path, uint64_t maxBytes, bool mayBeEmp
     if (path.find('\0') != std::string::npos || ::stat(path.c_str(), &status) != 0)
         return cannotBeOpened(path.find('\0') != std::string::npos ? ENOENT : errno);
     const std::string why = refusal(status, {maxBytes});
-    if (why.empty() && ::access(path.c_str(), R_OK) != 0)
+    if (why.empty() && ::faccessat(AT_FDCWD, path.c_str(), R_OK, AT_EACCESS) != 0)
         return cannotBeOpened(errno);
     return why.empty() && status.st_size == 0 && !mayBeEmpty ? "has a size of 0 bytes" : why;
 }

@@ -51,12 +51,12 @@ public:
 /// blame. @param error errno of the opening
 void refuseTooManyFiles(const std::string& path, int error);
 
-/// Returns whether the words of a library or a program say that it may open too few files: those of
+/// Returns whether the words of a library or a program say that too many files are open: those of
 /// the C library, or those of the loader, which has no text of errors yet.
 bool saysTooManyFiles(std::string_view said);
 
-/// Returns a file that is opened for reading, binary. Throws what refuseTooManyFiles throws; of a
-/// stream that is not open for another reason, errno says why.
+/// Returns a file that is opened for reading, binary. Throws what refuseTooManyFiles throws; if it
+/// cannot be opened for another reason, errno holds that reason.
 std::ifstream openInput(const std::string& path);
 
 } // namespace shadowdag

@@ -37,6 +37,7 @@ namespace shadowdag {
 namespace {
 
 std::atomic<unsigned> gFileCounter{0};
+std::atomic<bool> gHasFinishedParts{false};
 
 /// The temporary files of the process, each with an open file that holds its lock; and what else is
 /// removed when the process ends.
@@ -260,9 +261,16 @@ void removeUnfinishedFiles() {
         }
 }
 
-std::atomic<bool>& hasFinishedParts() {
-    static std::atomic<bool> has = false;
-    return has;
+bool hasFinishedParts() {
+    return gHasFinishedParts;
+}
+
+void noteFinishedParts() {
+    gHasFinishedParts = true;
+}
+
+void clearFinishedParts() {
+    gHasFinishedParts = false;
 }
 
 EndRemoval::EndRemoval(std::function<void()> remove) : remove_(std::move(remove)) {

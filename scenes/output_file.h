@@ -4,7 +4,6 @@
 
 #include "scenes/file_attributes.h"
 
-#include <atomic>
 #include <cstddef>
 #include <fstream>
 #include <functional>
@@ -24,6 +23,9 @@ constexpr std::string_view kTemporaryMark = ".tmp-";
 constexpr size_t kTemporarySuffixBytes = kTemporaryMark.size() +
                                          size_t(std::numeric_limits<pid_t>::digits10) + 1 + 1 +
                                          size_t(std::numeric_limits<unsigned>::digits10) + 1;
+
+/// The most bytes that the path of a file with finished work (ScratchFolder) adds to the output's.
+constexpr size_t kScratchPathBytes = std::string_view(".scratch/00000000.svpart").size();
 
 /// Writes next to the file that the name leads to (outputTarget) and renames on commit(); the new
 /// file has the attributes of the old one (FileAttributes). Destroyed without commit, it removes
@@ -91,8 +93,14 @@ private:
 /// OutputFile or an EndRemoval, create a ScratchFile, nor create, list or destroy a ScratchFolder.
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
 
-/// Whether finished parts of the process's unfinished work stay when it ends, so that the same
-/// command with --resume would go on after them.
-std::atomic<bool>& hasFinishedParts();
+/// Returns whether finished parts of the process's unfinished work stay when it ends, so that the
+/// same command with --resume would go on after them.
+bool hasFinishedParts();
+
+/// Says that they stay: for who has written the first of them, or has found it.
+void noteFinishedParts();
+
+/// Says that none stays: for who has removed them, or has made a complete output of them.
+void clearFinishedParts();
 
 } // namespace shadowdag

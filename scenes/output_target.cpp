@@ -2,13 +2,10 @@
 #include "scenes/output_target.h"
 
 #include "cuda/error.h"
-#include "scenes/output_file.h"
 #include "scenes/write_remedy.h"
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <climits>
 #include <filesystem>
 #include <system_error>
 
@@ -18,18 +15,15 @@ namespace {
 
 /// Throws Error kResource where the names of unfinished files would be too long.
 void refuseTooLong(const std::filesystem::path& target, const std::string& path) {
-    // OUTPUT.scratch/00000000.svpart.tmp-PROCESS-NUMBER and its zero byte
-    constexpr size_t kPathRoom = 24 + kTemporarySuffixBytes;
+    constexpr size_t kMostBytes = PATH_MAX - 1 - kScratchPathBytes - kTemporarySuffixBytes;
     const std::string folder = target.has_parent_path() ? target.parent_path().string() : ".";
-    const long longest = ::pathconf(folder.c_str(), _PC_NAME_MAX); // -1 of no folder
-    const size_t nameBytes =
-        size_t(longest > 0 ? std::min<long>(longest, NAME_MAX) : NAME_MAX) - kTemporarySuffixBytes;
+    const size_t nameBytes = outputNameBytes(::pathconf(folder.c_str(), _PC_NAME_MAX));
     const bool isName = target.filename().string().size() > nameBytes;
-    if (isName || target.string().size() > PATH_MAX - kPathRoom)
+    if (isName || target.string().size() > kMostBytes)
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path + "': File name too long; choose a " +
                         (isName ? "name of at most " + std::to_string(nameBytes)
-                                : "path of at most " + std::to_string(PATH_MAX - kPathRoom)) +
+                                : "path of at most " + std::to_string(kMostBytes)) +
                         " bytes, so that unfinished files, whose names are longer, have room");
 }
 

@@ -2,9 +2,22 @@
 // The file that an output's name leads to.
 #pragma once
 
+#include "scenes/output_file.h"
+
+#include <algorithm>
+#include <climits>
+#include <cstddef>
 #include <string>
 
 namespace shadowdag {
+
+/// Returns how many bytes the name of an output may have in a folder, so that those of unfinished
+/// files, which are longer, have room; 0 if they have none there.
+/// @param longest name that the folder's file system takes; below 0 if that is unknown
+constexpr size_t outputNameBytes(long longest) {
+    const size_t bytes = longest < 0 ? NAME_MAX : std::min<size_t>(size_t(longest), NAME_MAX);
+    return bytes - std::min(bytes, kTemporarySuffixBytes);
+}
 
 /// Returns the path that a name leads to through its symbolic links, whether a file is there or
 /// not. Throws Error kResource for a loop of links, for a link to a file of another extension,

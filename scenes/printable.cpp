@@ -37,15 +37,15 @@ char32_t characterOf(std::string_view sequence) {
     return character;
 }
 
-/// Returns whether a terminal obeys a character instead of showing it: a control character, or one
-/// of Unicode's invisible ones that set the direction of text, end lines, join or hide characters.
-/// Source: Unicode 15.1, general categories Cc, Cf, Zl and Zp, without those that have a shape.
+/// Returns whether a terminal obeys a character instead of showing it: a control or a format
+/// character. Source: Unicode 15.1, general categories Cc, Cf, Zl and Zp, without the number signs
+/// and other marks of Cf that have a shape (property Prepended_Concatenation_Mark).
 bool isControl(char32_t character) {
     constexpr std::pair<char32_t, char32_t> kRanges[] = {
-        {0x0, 0x1f},        {0x7f, 0x9f},     {0xad, 0xad},       {0x61c, 0x61c},
-        {0x180e, 0x180e},   {0x200b, 0x200f}, {0x2028, 0x202e},   {0x2060, 0x206f},
-        {0xfeff, 0xfeff},   {0xfff9, 0xfffb}, {0x1bca0, 0x1bca3}, {0x1d173, 0x1d17a},
-        {0xe0000, 0xe007f},
+        {0x0, 0x1f},        {0x7f, 0x9f},       {0xad, 0xad},       {0x61c, 0x61c},
+        {0x180e, 0x180e},   {0x200b, 0x200f},   {0x2028, 0x202e},   {0x2060, 0x206f},
+        {0xfeff, 0xfeff},   {0xfff9, 0xfffb},   {0x13430, 0x1343f}, {0x1bca0, 0x1bca3},
+        {0x1d173, 0x1d17a}, {0xe0000, 0xe007f},
     };
     return std::any_of(std::begin(kRanges), std::end(kRanges), [&](const auto& range) {
         return character >= range.first && character <= range.second;

@@ -32,9 +32,9 @@ Scene readSceneFile(const std::string& path) {
 #if SDAG_WITH_ASSIMP
     if (isReadByAssimp(other->extension))
         return readByAssimp(path, bytes, other->extension);
-    refuseKind(path, *other);
+    refuseKind(path, *other, bytes);
 #else
-    refuseKind(path, *other,
+    refuseKind(path, *other, bytes,
                other->isScene ? ", which this build does not read, because it is without Assimp"
                               : "");
 #endif

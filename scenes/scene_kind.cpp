@@ -2,6 +2,7 @@
 #include "scenes/scene_kind.h"
 
 #include "cuda/error.h"
+#include "scenes/json_text.h"
 
 #include <algorithm>
 #include <cctype>
@@ -74,7 +75,12 @@ std::optional<SceneKind> otherKindOf(const std::string& path, const std::vector<
     return SceneKind{"", extension, false};
 }
 
-void refuseKind(const std::string& path, const SceneKind& kind, const std::string& why) {
+void refuseKind(const std::string& path, const SceneKind& kind, const std::vector<uint8_t>& bytes,
+                const std::string& why) {
+    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()),
+                                 std::min<size_t>(bytes.size(), 2));
+    if (const std::string utf = whyNoUtf8(begin); kind.name.empty() && !utf.empty())
+        throw Error(ErrorKind::kInput, path + ": " + utf);
     if (kind.name.empty())
         throw Error(ErrorKind::kInput,
                     path + ": neither JSON nor binary glTF" + why +

@@ -26,9 +26,9 @@ bool isKnownScene(const std::string& extension);
 std::optional<SceneKind> otherKindOf(const std::string& path, const std::vector<uint8_t>& bytes);
 
 /// Throws Error kInput for a kind that is not read: what it is, and how to convert it.
-/// @param why stands between the two
+/// @param bytes the file's content @param why stands between the two
 [[noreturn]] void refuseKind(const std::string& path, const SceneKind& kind,
-                             const std::string& why = "");
+                             const std::vector<uint8_t>& bytes, const std::string& why = "");
 
 /// How a scene of another kind becomes glTF, for messages.
 constexpr const char* kHowToConvert = "convert it: import it into Blender and export glTF 2.0, or "

@@ -180,6 +180,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         placeVertices(instance);
         instances_.push_back(instance);
     }
+    refuseWithoutArea();
     cutTriangles();
     mapTextures();
     for (uint32_t t : staticTriangles_)
@@ -191,6 +192,20 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     if (options_.placedLightCount >= 0)
         placedLights_ = placeLights(*this, options_.placedLightCount, options_.seed);
     updateLightsAndCameras();
+}
+
+/// Throws unless a triangle has an area, or moves and may get one. As float, as it is drawn.
+void World::refuseWithoutArea() const {
+    for (uint32_t t = 0; t < triangles_.size(); ++t) {
+        const glm::vec3 a = positions_[triangles_[t].x];
+        if (instances_[triangleInstance_[t]].isMoving ||
+            glm::cross(positions_[triangles_[t].y] - a, positions_[triangles_[t].z] - a) !=
+                glm::vec3(0.0f))
+            return;
+    }
+    throw Error(ErrorKind::kInput, "scene '" + scene_->name +
+                                       "': no triangle has an area, so there is nothing to light; "
+                                       "check the positions and the scales of nodes");
 }
 
 void World::cutTriangles() {
@@ -391,6 +406,13 @@ void World::updateLightsAndCameras() {
                 continue;
             if (source.kind != Light::kSun)
                 requireWithinReach(node, "light");
+            // A node that moves may hide its light so for a time.
+            if (source.kind != Light::kPoint && !isNodeMoving_[node] &&
+                glm::dvec3(m[2]) == glm::dvec3(0.0))
+                throw Error(ErrorKind::kInput, "scene '" + scene_->name +
+                                                   "': " + nodeLabel(*scene_, node) +
+                                                   " has the scale 0, so that its light has no "
+                                                   "direction; give it another scale");
             Light light;
             light.positionWorld = glm::vec3(glm::dvec3(m[3]));
             light.intensity = intensity;

@@ -103,6 +103,7 @@ private:
     MeshPose poseOf(uint32_t node) const;
     void placeVertices(const Instance& instance);
     void requireWithinReach(uint32_t node, const std::string& what) const;
+    void refuseWithoutArea() const;
     void cutTriangles();
     void mapTextures();
     void updateLightsAndCameras();

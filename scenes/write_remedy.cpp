@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/write_remedy.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -45,7 +46,8 @@ std::string whyNotWritable(const std::string& path) {
         return "it was deleted; " + another;
     constexpr mode_t kAnyWriter = S_IWUSR | S_IWGRP | S_IWOTH;
     const bool isReadOnly = !isFolder && (found.st_mode & kAnyWriter) == 0; // root may write it
-    const bool isRefused = ::access(path.c_str(), isFolder ? W_OK | X_OK : W_OK) != 0;
+    const bool isRefused =
+        ::faccessat(AT_FDCWD, path.c_str(), isFolder ? W_OK | X_OK : W_OK, AT_EACCESS) != 0;
     const int error = isRefused ? errno : EACCES;
     if (!isRefused && !isReadOnly)
         return "";

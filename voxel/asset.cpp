@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <new>
 
 namespace shadowdag {
@@ -187,6 +188,13 @@ uint64_t writeAsset(const Asset& asset, const std::string& path, AssetPacking pa
     out.write(payload.bytes.data(), payload.bytes.size());
     out.commit();
     return header.data().size() + headerHash.size() + payload.bytes.size();
+}
+
+bool beginsAsAsset(const std::string& path) {
+    uint8_t magic[sizeof kMagic] = {};
+    std::ifstream file = openInput(path);
+    file.read(reinterpret_cast<char*>(magic), sizeof magic);
+    return std::memcmp(magic, kMagic, sizeof kMagic) == 0;
 }
 
 Asset readAsset(const std::string& path) {

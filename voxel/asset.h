@@ -38,6 +38,9 @@ uint64_t writeAsset(const Asset& asset, const std::string& path,
 /// @param wordCount of the DAG @param largestLevelWords of its largest level
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords);
 
+/// Returns whether a regular file has the signature of an asset, whatever follows it.
+bool beginsAsAsset(const std::string& path);
+
 /// Reads an asset and verifies all of it before use: magic, version, sizes against the size of the
 /// file, checksums, and every address (in range, downward, aligned to a node of the right level, no
 /// empty child). Throws Error kInput naming file, place and value, and kResource for too many open

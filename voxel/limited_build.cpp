@@ -77,9 +77,7 @@ private:
         std::set<uint64_t> done;
         for (const std::string& path : folder_.files(".svpart")) {
             PartReader part = openPart(path);
-            if (const std::string other = otherBuildOf(part.header(), header_); !other.empty())
-                throw Error(ErrorKind::kInput,
-                            path + " belongs to " + other + "; " + kOtherBuildRemedy);
+            folder_.refuseOtherBuild(part.header(), header_);
             for (const Subtree& subtree : part.subtrees())
                 if (!done.insert(subtree.cell).second)
                     throw Error(ErrorKind::kInput,
@@ -159,9 +157,7 @@ private:
                   [](const Subtree& a, const Subtree& b) { return a.cell < b.cell; });
         PartHeader header = header_;
         header.counts = counts_;
-        char name[32];
-        std::snprintf(name, sizeof name, "%08u.svpart", spillCount_++);
-        const std::string path = folder_ / name;
+        const std::string path = folder_.partPath(spillCount_++);
         writePart(header, merged_, subtrees_, path);
         try {
             parts_.emplace_back(path);

@@ -27,8 +27,8 @@ struct CountedDag {
 
 /// As voxelize(), resuming from what an earlier, identical build left in the scratch folder. The
 /// limit includes the memory to write the asset. Throws Error kResource if the limit cannot be
-/// kept, saying how much is needed as far as is known, and kInput if the folder holds files of
-/// another build.
+/// kept, saying how much is needed as far as is known; kUsage if the folder holds parts of another
+/// build; kInput if it holds damaged ones.
 /// @param folder keep it until the asset is written
 CountedDag voxelizeLimited(const TriangleView& triangles, View<const uint32_t> which,
                            const VoxelGrid& grid, const AssetProvenance& provenance,

@@ -50,7 +50,8 @@ std::vector<PackedGrid> listGrids(const std::vector<uint8_t>& bytes, const std::
         take(&header, sizeof header, "a header");
         if (header.magic != NANOVDB_MAGIC_NUMBER)
             throw Error(ErrorKind::kInput, name + ": is not a .nvdb file or is damaged at byte " +
-                                               std::to_string(at - sizeof header));
+                                               std::to_string(at - sizeof header) +
+                                               "; an OpenVDB file must be named .vdb");
         if (header.version.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER)
             throw Error(ErrorKind::kInput, name + ": has NanoVDB version " +
                                                std::to_string(header.version.getMajor()) +

@@ -26,10 +26,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kFolderSuffix = ".scratch";
-static_assert(kFolderSuffix.size() <= kTemporarySuffixBytes, "outputTarget leaves room for names");
+constexpr std::string_view kPartExtension = ".svpart";
+constexpr size_t kPartDigits = 8;
+static_assert(kFolderSuffix.size() <= kTemporarySuffixBytes &&
+                  kFolderSuffix.size() + 1 + kPartDigits + kPartExtension.size() ==
+                      kScratchPathBytes,
+              "outputTarget leaves room for names");
 
 const char* const kLockName = "lock";
-const char* const kPartExtension = ".svpart";
 
 /// Takes `prefix` off the front of `text`; returns whether it was there.
 bool take(std::string_view& text, std::string_view prefix) {
@@ -48,13 +52,13 @@ bool takeNumber(std::string_view& text) {
 /// Returns whether a build creates files of such a name: the lock, LevelMerge's files, parts, and
 /// the temporary names that OutputFile gives to parts.
 bool isOwn(std::string_view name) {
-    std::string_view level = name, map = name, part = name;
+    std::string_view level = name, map = name;
     if (name == kLockName || (take(level, "level-") && takeNumber(level) && level == ".nodes") ||
         (take(map, "map-") && takeNumber(map) && take(map, "-") && takeNumber(map) && map.empty()))
         return true;
-    return takeNumber(part) && take(part, kPartExtension) &&
-           (part.empty() || (take(part, ".tmp-") && takeNumber(part) && take(part, "-") &&
-                             takeNumber(part) && part.empty()));
+    std::string_view part =
+        name.substr(0, isTemporaryName(name) ? name.rfind(kTemporaryMark) : name.npos);
+    return takeNumber(part) && part == kPartExtension;
 }
 
 /// Calls visit(name) for each entry of a folder, without memory of its own; null: of none.
@@ -95,21 +99,17 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume, const P
 void ScratchFolder::refuseParts(const PartHeader* own) const {
     bool hasOwn = false;
     for (const std::string& path : files(kPartExtension)) {
-        std::string other;
         if (own)
             try {
                 PartHeader same = *own;
                 const PartHeader found = PartReader(path).header();
                 same.taskCount = found.taskCount; // which follows from the rest
-                other = otherBuildOf(found, same);
+                refuseOtherBuild(found, same);
                 hasOwn = true;
             } catch (const Error& error) {
                 if (error.kind() != ErrorKind::kInput) // a damaged one is reported where it is read
                     throw;
             }
-        if (!other.empty())
-            throw Error(ErrorKind::kUsage, path_ + " holds the files of an unfinished voxelize, " +
-                                               other + "; " + kOtherBuildRemedy);
         if (!resume_)
             throw Error(ErrorKind::kUsage,
                         path_ + " holds the files of an unfinished voxelize; continue it with "
@@ -119,9 +119,23 @@ void ScratchFolder::refuseParts(const PartHeader* own) const {
         noteFinishedPart();
 }
 
+void ScratchFolder::refuseOtherBuild(const PartHeader& found, const PartHeader& own) const {
+    if (const std::string other = otherBuildOf(found, own); !other.empty())
+        throw Error(ErrorKind::kUsage,
+                    path_ + " holds the files of an unfinished voxelize, " + other +
+                        "; delete the folder, or choose another output to keep that build "
+                        "resumable");
+}
+
+std::string ScratchFolder::partPath(uint32_t number) const {
+    std::string digits = std::to_string(number);
+    digits.insert(0, kPartDigits - std::min(kPartDigits, digits.size()), '0');
+    return *this / digits.append(kPartExtension);
+}
+
 void ScratchFolder::noteFinishedPart() const {
     if (resume_)
-        hasFinishedParts() = true;
+        noteFinishedParts();
 }
 
 bool ScratchFolder::tryLock() {
@@ -167,7 +181,7 @@ ScratchFolder::~ScratchFolder() {
 void ScratchFolder::remove() {
     if (lock_ < 0)
         return;
-    hasFinishedParts() = false;
+    clearFinishedParts();
     empty(true);
     // Last, and while it is held: a process that has opened it by then sees that it is gone.
     ::unlink(lockPath_.c_str());
@@ -206,7 +220,7 @@ void ScratchFolder::empty(bool withParts) const {
     });
 }
 
-std::vector<std::string> ScratchFolder::files(const std::string& extension) const {
+std::vector<std::string> ScratchFolder::files(std::string_view extension) const {
     const auto held = delayRemovalOfUnfinishedFiles(); // which reads the same listing
     std::vector<std::string> paths;
     forEntries(listing_.get(), [&](const char* name) {

@@ -8,10 +8,12 @@
 #include <dirent.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace shadowdag {
@@ -36,7 +38,11 @@ public:
 
     std::string operator/(const std::string& name) const { return path_ + "/" + name; }
     /// Returns the paths of the files in it whose names end in `extension`, sorted.
-    std::vector<std::string> files(const std::string& extension) const;
+    std::vector<std::string> files(std::string_view extension) const;
+    /// Returns the path of a finished part: eight digits, or more, and .svpart.
+    std::string partPath(uint32_t number) const;
+    /// Throws Error kUsage, with what to do, if a part in it is of another build.
+    void refuseOtherBuild(const PartHeader& found, const PartHeader& own) const;
     /// Remembers that a build which resumes this one would use a finished part (hasFinishedParts).
     void noteFinishedPart() const;
 
@@ -70,10 +76,6 @@ private:
 /// Returns why it stays, for a warning, if it holds finished parts or a file that no build writes,
 /// or if another process uses it; else "". @param own as ScratchFolder takes it
 std::string removeAbandonedScratch(const std::string& outputPath, const PartHeader& own);
-
-/// What to do about a folder of another build.
-constexpr const char* kOtherBuildRemedy =
-    "delete the folder, or choose another output if that build is to go on";
 
 /// A file of a ScratchFolder, which the same process reads back: not synced, not renamed. Throws
 /// Error kResource.

@@ -3,11 +3,11 @@
 // or a limit of threads does. Calls are counted within main: libraries that fail in their own
 // initialization, before, end the program without a message. The environment says which fail:
 //
-//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: read (there is nothing yet), write
-//                         (with writev, but not to standard error), stream (what writes to a FILE),
-//                         fsync, rename, unlink (with all that remove), mmap, malloc (with all that
-//                         allocate), pthread_create, waitpid (that does not wait: no process has
-//                         ended yet)
+//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: read (fails with EAGAIN: no data
+//                         yet), write (with writev, but not to standard error), stream (what writes
+//                         to a FILE), fsync, rename, unlink (with all that remove), mmap, malloc
+//                         (with all that allocate), pthread_create, waitpid (that does not wait: no
+//                         process has ended yet)
 //   SDAG_FAULT=NAME:N+    and all calls after it
 //   SDAG_FAULT=NAME:N!    SIGKILL ends the process in place of the N-th call
 //   SDAG_FAULT=NAME:N~    the N-th call takes ten seconds, as on a disk that does not answer

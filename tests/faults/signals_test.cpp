@@ -377,14 +377,15 @@ TEST(Signals, SigquitEndsItAtOnceAndTheNextRunRemovesItsFile) {
     EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
 }
 
-// As nohup and parents of daemons set it.
+// As nohup, shells with background jobs and parents of daemons set it.
 TEST(Signals, ThoseIgnoredAtTheStartStayIgnored) {
-    for (const int signal : {SIGHUP, SIGPIPE}) {
+    for (const int signal : {SIGHUP, SIGPIPE, SIGINT, SIGTERM}) {
         SCOPED_TRACE(signal);
         const TemporaryDirectory directory;
-        const pid_t child = startProgram(
-            directory, inFolder(directory, kCommands[1]), directory / "stdout",
-            directory / "stderr", {"/bin/bash", "-c", "trap '' HUP PIPE; exec \"$@\"", "bash"});
+        const pid_t child =
+            startProgram(directory, inFolder(directory, kCommands[1]), directory / "stdout",
+                         directory / "stderr",
+                         {"/bin/bash", "-c", "trap '' HUP PIPE INT TERM; exec \"$@\"", "bash"});
         // The shell has set its traps once it has become the program.
         while (std::filesystem::read_symlink("/proc/" + std::to_string(child) + "/exe") !=
                std::filesystem::canonical(SDAG_PROGRAM))
@@ -395,8 +396,8 @@ TEST(Signals, ThoseIgnoredAtTheStartStayIgnored) {
         siginfo_t ended{};
         waitid(P_PID, id_t(child), &ended, WEXITED | WNOHANG | WNOWAIT);
         EXPECT_EQ(ended.si_pid, 0);
-        kill(child, SIGTERM); // which is not ignored
-        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM) << readText(directory / "stderr");
+        kill(child, SIGXCPU); // which is not ignored
+        EXPECT_EQ(waitForProgram(child), 128 + SIGXCPU) << readText(directory / "stderr");
     }
 }
 

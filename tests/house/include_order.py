@@ -74,7 +74,7 @@ THIRD_PARTY = {
 ONE_FILE = {r"embree\d/.*": "hybrid/rays/embree_version.h"}
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
 SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
-                    r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdio_ext|stddef|stdlib|string|math|stdint|"
+                    r"(unistd|grp|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdio_ext|stddef|stdlib|string|math|stdint|"
                     r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo|spawn|poll|glob|ftw|ucontext|cxxabi)\.h")
 # Written into the build folder by the folder's CMakeLists.txt.
 GENERATED = {"tools/provenance_values.h", "tools/studies/shipped_studies.h"}

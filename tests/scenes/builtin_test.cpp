@@ -172,6 +172,13 @@ TEST(Builtin, NamesAreUniqueAndUnknownOnesListTheKnown) {
     }
     EXPECT_EQ(names.size(), 4 + failScenes().size());
     try {
+        makeBuiltin("Fail_wires");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()), "there is no built-in scene 'Fail_wires'; did you "
+                                             "mean builtin:fail-wires?");
+    }
+    try {
         makeBuiltin("atrum");
         FAIL();
     } catch (const Error& error) {

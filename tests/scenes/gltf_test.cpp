@@ -610,6 +610,38 @@ TEST(Gltf, FilesOfOtherKindsAreNamedWithHowToConvertThem) {
     }
     EXPECT_THAT(messageOf("t.gltf", "a poem"), HasSubstr("neither JSON nor binary glTF"));
     EXPECT_THAT(messageOf("t.gltf", "\xef\xbb\xbf{"), HasSubstr("not a readable glTF 2.0 file"));
+    for (const std::string& start : {std::string("\xff\xfe{\0", 4), std::string("\xfe\xff\0{", 4),
+                                     std::string("{\0", 2), std::string("\0{", 2)})
+        EXPECT_THAT(messageOf("t.gltf", start), HasSubstr("t.gltf: is UTF-16; save it as UTF-8"));
+}
+
+TEST(Gltf, ProblemsOfJsonHaveMessagesOfOurs) {
+    const auto message = [](const std::string& number) {
+        GltfParts parts = triangleFile();
+        parts.set("extras", "[" + number + "]");
+        const std::string text = messageOf("t.gltf", parts.json());
+        EXPECT_THAT(text, testing::Not(HasSubstr("json.exception")));
+        return text;
+    };
+    for (const char* number : {"NaN", "Infinity", "-Infinity", "nan", "inf"})
+        EXPECT_THAT(message(number), testing::AllOf(HasSubstr("is not JSON at line 1, column"),
+                                                    HasSubstr("JSON has no NaN and no Infinity")));
+    EXPECT_THAT(message("1e999"), HasSubstr("the number '1e999' is beyond 1.8e308"));
+    EXPECT_THAT(message("maps"), testing::AllOf(HasSubstr("is not JSON at line 1, column"),
+                                                testing::Not(HasSubstr("NaN"))));
+    GltfParts parts = triangleFile();
+    parts.set("nodes", R"([{"mesh":0,"translation":[1e308,0,0]}])");
+    EXPECT_THAT(messageOf(parts), HasSubstr(": 1e+308 is not a number within 1e30"));
+}
+
+TEST(Gltf, BytesAfterTheLengthOfAGlbAreAWarning) {
+    const TemporaryFolder folder;
+    const std::string glb = triangleFile().glb();
+    EXPECT_TRUE(readGltf(folder.write("a.glb", glb)).warnings.empty());
+    const Scene scene = readGltf(folder.write("b.glb", glb + "junk"));
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_THAT(scene.warnings[0],
+                HasSubstr("4 bytes after the length that the GLB header states"));
 }
 
 TEST(Gltf, AnUnsupportedCompressionIsRefusedWithTheToolThatDecompressesIt) {

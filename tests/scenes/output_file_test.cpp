@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "tests/scenes/gltf_files.h"
+#include "tests/tools/other_user.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -126,20 +127,11 @@ TEST(OutputFile, AGroupThatCannotBeKeptLeavesNobodyMoreRights) {
     const std::string path = folder.write("a", "old");
     ASSERT_EQ(chmod(folder.path(".").c_str(), 0777), 0);
     ASSERT_EQ(chmod(path.c_str(), 0662), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-        if (setgid(65534) != 0 || setuid(65534) != 0)
-            _exit(1);
-        try {
-            OutputFile(path).commit();
-        } catch (const Error&) {
-            _exit(2);
-        }
-        _exit(0);
-    }
-    int status = -1;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(status, 0);
+    const auto replace = [&] {
+        OutputFile(path).commit();
+        return "replaced";
+    };
+    EXPECT_EQ(asNobody(replace), "replaced");
     struct stat found {};
     ASSERT_EQ(stat(path.c_str(), &found), 0);
     EXPECT_EQ(found.st_uid, 65534u);

@@ -2,8 +2,10 @@
 #include "scenes/output_target.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "scenes/write_remedy.h"
+#include "tests/tools/other_user.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
@@ -11,10 +13,9 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <climits>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -104,16 +105,21 @@ TEST(OutputTarget, NamesLeaveRoomForThoseOfUnfinishedFiles) {
     EXPECT_THAT(refusal(directory / "link"), testing::HasSubstr("File name too long"));
     // The longest suffix is in use: of the largest number of a process and of a file.
     EXPECT_EQ(kTemporarySuffixBytes, std::string(".tmp-2147483647-4294967295").size());
+    EXPECT_EQ(outputNameBytes(255), 229u);
+    EXPECT_EQ(outputNameBytes(1000), size_t(NAME_MAX - 26));
+    EXPECT_EQ(outputNameBytes(-1), size_t(NAME_MAX - 26));
+    for (const long longest : {14, 25, 26}) // 14 of Minix
+        EXPECT_EQ(outputNameBytes(longest), 0u) << longest;
 }
 
 TEST(OutputTarget, PathsLeaveRoomForThoseOfUnfinishedFiles) {
     std::string path = ".";
-    while (path.size() + 102 <= 4046)
+    while (path.size() + 102 <= 4045)
         path += "/" + std::string(100, 'a');
-    path += "/" + std::string(4046 - path.size() - 1, 'a');
+    path += "/" + std::string(4045 - path.size() - 1, 'a');
     EXPECT_EQ(refusal(path), "");
     EXPECT_THAT(refusal(path + "a"),
-                testing::HasSubstr("File name too long; choose a path of at most 4046 bytes"));
+                testing::HasSubstr("File name too long; choose a path of at most 4045 bytes"));
 }
 
 TEST(OutputTarget, AFileInPlaceOfAFolderIsNamed) {
@@ -129,25 +135,7 @@ TEST(OutputTarget, AFileInPlaceOfAFolderIsNamed) {
     EXPECT_EQ(refusal("x"), "");
 }
 
-/// Returns what a function that returns a text returns to a user who is not root.
-template <class F> std::string asNobody(const F& function) {
-    int ends[2];
-    EXPECT_EQ(pipe(ends), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-        const bool isNobody = setgid(65534) == 0 && setuid(65534) == 0;
-        const std::string text = isNobody ? function() : "still root";
-        _exit(write(ends[1], text.data(), text.size()) == ssize_t(text.size()) ? 0 : 1);
-    }
-    close(ends[1]);
-    std::string text(4096, '\0');
-    text.resize(size_t(std::max<ssize_t>(0, read(ends[0], text.data(), text.size()))));
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-    return text;
-}
-
-// chmod is not advised to whom the system forbids it.
+// chmod is suggested only to the owner.
 TEST(OutputTarget, RemediesAreThoseThatThisUserCanApply) {
     if (geteuid() != 0)
         GTEST_SKIP() << "only root can be another user";
@@ -180,6 +168,25 @@ TEST(OutputTarget, RemediesAreThoseThatThisUserCanApply) {
     ASSERT_EQ(chmod(folder.c_str(), 0555), 0);
     EXPECT_THAT(asNobody([&] { return whyNotWritable(folder); }),
                 testing::HasSubstr("make it writable (chmod u+w) or choose another folder"));
+}
+
+// As of a program with the set-user-id bit: the system asks for the effective user.
+TEST(OutputTarget, TheEffectiveUserIsAskedForAndNotTheRealOne) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    const std::string file = directory / "a";
+    writeText(file, "root's");
+    ASSERT_EQ(chmod(directory.path().c_str(), 0755), 0);
+    ASSERT_EQ(chmod(file.c_str(), 0640), 0);
+    const auto asEffective = [&](const auto& function) {
+        return asUser(0, {kNobody}, [&] { return seteuid(kNobody) == 0 ? function() : "root"; });
+    };
+    for (const std::string& path : {file, directory.path()})
+        EXPECT_THAT(asEffective([&] { return whyNotWritable(path); }),
+                    testing::StartsWith("it belongs to another user and is not writable for this"));
+    EXPECT_EQ(asEffective([&] { return whyNoInput(file, 100); }),
+              "cannot be opened: Permission denied");
 }
 
 TEST(OutputTarget, AFileThatStandardOutputIsIsRefusedThroughLinksOfTheSystem) {

@@ -21,14 +21,18 @@ TEST(Printable, ControlCharactersAreEscapedAndOtherTextIsKept) {
 }
 
 // "a<U+202E>gpj.exe" would be shown as "aexe.jpg".
-TEST(Printable, InvisibleCharactersOfUnicodeAreEscapedAndVisibleOnesAreKept) {
+TEST(Printable, FormatCharactersOfUnicodeAreEscapedAndOthersAreKept) {
     EXPECT_EQ(printable("a\u202egpj.exe"), "a\\xe2\\x80\\xaegpj.exe");
-    for (const char* text : {"\u00ad", "\u061c", "\u200b", "\u200d", "\u200f", "\u2028", "\u2029",
-                             "\u202a", "\u202e", "\u2060", "\u2066", "\u2069", "\u206f", "\ufeff",
-                             "\ufff9", "\U0001d173", "\U000e0001", "\U000e007f"})
+    for (const char* text :
+         {"\u00ad", "\u061c",     "\u200b",     "\u200d",     "\u200f",     "\u2028",    "\u2029",
+          "\u202a", "\u202e",     "\u2060",     "\u2066",     "\u2069",     "\u206f",    "\ufeff",
+          "\ufff9", "\U00013430", "\U0001343f", "\U0001d173", "\U000e0001", "\U000e007f"})
         EXPECT_EQ(printable(text).substr(0, 2), "\\x") << printable(text);
+    // Number signs, which have a shape, and those that are invisible for another reason: variation
+    // selectors, U+034F and fillers of Hangul.
     for (const char* text : {"\u00ac", "\u00ae", "\u061b", "\u0600", "\u200a", "\u2010", "\u2027",
-                             "\u202f", "\u2070", "\ufffd", "\U0001f600", "\U000e0100"})
+                             "\u202f", "\u2070", "\ufffd", "\U00013440", "\U0001f600", "\U000e0100",
+                             "\ufe0f", "\u034f", "\u115f", "\u3164"})
         EXPECT_EQ(printable(text), text);
 }
 

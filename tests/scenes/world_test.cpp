@@ -270,6 +270,28 @@ TEST(World, InvalidScenesHaveTheirMessages) {
     Scene scene = triangles(1);
     scene.roots.clear();
     EXPECT_THAT(messageOf(scene), HasSubstr("'test' has no triangle"));
+    scene = triangles(1);
+    scene.nodes[0].local.scale = glm::vec3(0.0f);
+    EXPECT_THAT(messageOf(scene), HasSubstr("'test': no triangle has an area"));
+    scene.nodes[0].local.scale = glm::vec3(1e-30f); // squares are not floats
+    EXPECT_THAT(messageOf(scene), HasSubstr("'test': no triangle has an area"));
+    scene.animations = {{"a", {glide(0, {0, 0, 8})}}};
+    EXPECT_EQ(messageOf(scene), "no error") << "it may grow";
+    scene = triangles(2);
+    scene.meshes[0].triangles = {{0, 0, 1}, {0, 1, 2}};
+    scene.meshes[0].triangleMaterial = {0, 0};
+    EXPECT_EQ(messageOf(scene), "no error") << "one of two has an area";
+    scene = triangles(2);
+    scene.nodes[1].name = "flat";
+    scene.nodes[1].local.scale = glm::vec3(0.0f);
+    scene.nodes[1].light = 0;
+    for (const Light::Kind kind : {Light::kSun, Light::kSpot, Light::kPoint}) {
+        scene.lights = {{"l", kind, {1, 1, 1}, 1.0f, 0.0f, 0.0f, 1.0f}};
+        EXPECT_THAT(messageOf(scene),
+                    HasSubstr(kind == Light::kPoint
+                                  ? "no error"
+                                  : "node 1 ('flat') has the scale 0, so that its light"));
+    }
     scene = triangles(2);
     adopt(scene, 0, 1);
     scene.nodes[0].local.scale = glm::vec3(1e8f);

@@ -13,7 +13,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "tools/report"))
 sys.dont_write_bytecode = True
 
-from shadowdag_report import adjudicated, claims, collection, committed, explained, intervals, mutation, stamp  # noqa: E402
+from shadowdag_report import adjudicated, claims, collection, committed, device, explained, intervals, mutation, stamp  # noqa: E402
 from shadowdag_report.charts import regret_analysis  # noqa: E402
 from shadowdag_report.figures import lines  # noqa: E402
 from shadowdag_report.pages import sequence_table  # noqa: E402
@@ -22,6 +22,20 @@ from shadowdag_report.pages import sequence_table  # noqa: E402
 def equal(is_, should_be):
     if is_ != should_be:
         sys.exit(f"{is_!r} instead of {should_be!r}")
+
+
+def test_kernels_of_a_device():
+    for name, short in (("void a::<unnamed>::shadeKernel<4>(a::ShadeSamples)", "shade<4>"),
+                        ("void a::parallelForKernel<a::CudaTag, a::b::Mark>(unsigned long, T2)", "Mark"),
+                        ("void a::sharePartsKernel<a::CudaTag, a::Draw>(a::SplitWorkView, T2)", "Draw"),
+                        ("void scan::DeviceScanKernel<scan::hub<int, plus<void>>::P, int *, S<int, (bool)1>>(T2)", "DeviceScan"),
+                        ("void a::demandKernel<a::Maps>(T1)", "demand<Maps>"), ("clear", "clear")):
+        equal(device.kernel_name(name), short)
+    row = {"launches": 1, "memory_percent": 40.2, "occupancy_percent": 45.6, "active_lanes": 26.3}
+    kernels = [row | {"kernel": f"k{i}", "us": 10.0 - i} for i in range(4)]
+    equal(device.kernels_table([{"scene": "s", "method": "maps", "kernels": kernels}], 2)[2:],
+          ["| s | maps | `k0` | 1 | 10 | 40 | 46 | 26.3 |", "| s | maps | `k1` | 1 | 9 | 40 | 46 | 26.3 |",
+           "| s | maps | 2 others | 2 | 15 | | | |"])
 
 
 def test_intervals():

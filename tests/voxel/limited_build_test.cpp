@@ -131,9 +131,10 @@ TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
                             const ScratchFolder folder(output, true);
                             other.build(folder, 0);
                         },
-                        ErrorKind::kInput),
-                    HasSubstr("belongs to another build, of soup at 1024^3: scene hash 0123 "
-                              "against 4567; delete the folder, or choose another output"));
+                        ErrorKind::kUsage), // as before the work
+                    HasSubstr("a.svdag.scratch holds the files of an unfinished voxelize, another "
+                              "build, of soup at 1024^3: scene hash 0123 against 4567; delete the "
+                              "folder, or choose another output to keep that build resumable"));
     }
     double first = 0;
     {
@@ -207,7 +208,7 @@ TEST(LimitedBuild, FinishedPartsThatStayAreRemembered) {
     }
     stopHalfway(scene, output);
     EXPECT_TRUE(hasFinishedParts());
-    hasFinishedParts() = false; // of another process
+    clearFinishedParts(); // of another process
     {
         const ScratchFolder folder(output, true, &own);
         EXPECT_TRUE(hasFinishedParts()) << "before they are read";
@@ -308,10 +309,26 @@ TEST(LimitedBuild, FilesOfAKilledMergeDoNotMatter) {
     }
 }
 
+// Which would create, or lock, a file elsewhere.
+TEST(LimitedBuild, ALockThatIsALinkIsNotFollowed) {
+    const PartScene scene;
+    const std::filesystem::path left = scene.directory / "a.svdag.scratch";
+    const std::string elsewhere = scene.directory / "elsewhere";
+    std::filesystem::create_directory(left);
+    std::filesystem::create_symlink(elsewhere, left / "lock");
+    EXPECT_THAT(
+        messageOf([&] { ScratchFolder(scene.directory / "a.svdag", false); }, ErrorKind::kResource),
+        HasSubstr("cannot make the folder " + left.string() +
+                  " for unfinished work: Too many levels of symbolic links; choose another place"));
+    EXPECT_FALSE(std::filesystem::exists(elsewhere));
+    EXPECT_TRUE(std::filesystem::is_symlink(left / "lock"));
+}
+
 TEST(LimitedBuild, ForeignFilesAreReportedAndKept) {
     const PartScene scene;
     const std::filesystem::path left = scene.directory / "a.svdag.scratch";
-    for (const char* name : {"notes.txt", "level-.nodes", "map-1-2.txt", "mine.svpart"}) {
+    for (const char* name : {"notes.txt", "level-.nodes", "map-1-2.txt", "mine.svpart",
+                             "1.svpart.tmp-1", "1.svpart.tmp-x-0", "1.nodes.tmp-1-0"}) {
         std::filesystem::create_directory(left);
         writeText((left / name).string(), "mine");
         for (const bool resume : {false, true})

@@ -29,6 +29,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iomanip>
 #include <iostream>
 #include <limits>
@@ -276,14 +277,29 @@ void refuseStudies(const std::vector<std::string>& scenes) {
 /// Throws Error kUsage where no run is left, or one that cannot be measured, before anything is
 /// deleted or built.
 void refuseUnmeasurable(const Experiment& e, const std::vector<RunParameters>& asked,
-                        const CommonOptions& common) {
+                        const CompareOptions& options) {
     if (asked.empty())
         throw Error(ErrorKind::kUsage,
-                    "nothing to compare: --methods and --thresholds select no run");
-    if (common.voxels.empty())
+                    options.experiment.empty()
+                        ? "nothing to compare: --methods and --thresholds select no run"
+                        : "nothing to compare: \"methods\", \"thresholds\" and \"models\" select "
+                          "no run");
+    if (options.common.voxels.empty())
         refuseDeepLods(asked);
     if (e.isSequence)
         refuseModelsOfCosts(asked);
+}
+
+/// Calls what checks the settings of an experiment; what it throws as wrong usage is of the file,
+/// if one fixes them. Throws Error kInput then.
+void checkSettings(const std::string& file, const std::function<void()>& check) {
+    try {
+        check();
+    } catch (const Error& error) {
+        if (file.empty() || error.kind() != ErrorKind::kUsage)
+            throw;
+        throw Error(ErrorKind::kInput, file + ": " + error.what());
+    }
 }
 
 /// Returns the thresholds of an experiment on a scene: its own, or those that the maps of its first
@@ -343,7 +359,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     // The resolutions of assets are known once they are read.
     const std::vector<RunParameters> asked =
         configurations(experiment, resolutionsOf(experiment), experiment.resolutionLog2.size());
-    refuseUnmeasurable(experiment, asked, options.common);
+    checkSettings(options.experiment, [&] { refuseUnmeasurable(experiment, asked, options); });
     refuseUnusedOptions(costs, asked);
     for (const std::string& remark : remarksOn(costs, asked))
         console.note(remark);
@@ -354,11 +370,21 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     for (const std::string& model : experiment.models)
         giveCalibration(*makeCostModel(model), costs);
     const std::vector<std::string> names = sceneNames(experiment.scenes);
+    if (costs.table && !experiment.isSequence && usesMapCosts(asked))
+        for (size_t i = 0; i < names.size(); ++i)
+            for (uint32_t view = 0; view < experiment.viewCount; ++view)
+                requireCosts(*costs.table, options.costs,
+                             {experiment.viewCount > 1
+                                  ? names[i] + " " + experiment.viewCamera(view)
+                                  : names[i]},
+                             share.frames(experiment, i, view));
     if (options.resume)
         refuseFinished(options.output);
     // Before anything is moved: missing scenes, a wrong camera, no lights.
-    for (const std::string& scene : experiment.scenes)
-        requireScene(scene);
+    checkSettings(options.scenes.empty() ? options.experiment : "", [&] {
+        for (const std::string& scene : experiment.scenes)
+            requireScene(scene);
+    });
     std::optional<LoadedScene> firstScene;
     const Console silent(Console::Listener{[](const std::string&) {}, {}});
     for (size_t i = 0; i < names.size(); ++i)
@@ -415,6 +441,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         context.costs = costs.table ? &*costs.table : nullptr;
         context.given = &costs;
         context.costsPath = options.costs;
+        context.allowsStaleCosts = options.common.allowStale;
+        context.console = &console;
         context.journal = &journal;
         for (uint32_t view = 0; view < experiment.viewCount; ++view) {
             context.frames = share.frames(experiment, i, view);

@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <utility>
 
 namespace shadowdag {
 
@@ -63,15 +64,19 @@ DiffOptions optionsOf(const DiffArguments& arguments) {
 }
 
 /// Returns the file of the data beside a page, F.json of F.html. Throws Error kUsage where the page
-/// has another ending, and where that file is not an earlier difference.
+/// has another ending, and where the two exist and are not an earlier difference.
 std::string dataBeside(const std::string& page) {
     checkExtension(page, {".html"},
                    "the page is HTML, its data go beside it, as F.html and F.json");
     const std::string data = std::filesystem::path(page).replace_extension(".json").string();
-    if (const Json old = readOwnJsonFile(data);
-        std::filesystem::exists(data) && !(old.is_object() && old.contains("only_in_a")))
-        throw Error(ErrorKind::kUsage, "-o '" + page + "': the data would replace " + data +
-                                           ", which is no earlier difference; choose another name");
+    const Json old = readOwnJsonFile(data);
+    const bool isOurs = old.is_object() && old.contains("only_in_a");
+    for (const auto& [what, path] : {std::pair("data", data), std::pair("page", page)})
+        if (std::filesystem::exists(path) && !isOurs)
+            throw Error(ErrorKind::kUsage, "-o '" + page + "': the " + what + " would replace " +
+                                               path +
+                                               ", which is no earlier difference with its data "
+                                               "beside it; choose another name");
     return data;
 }
 
@@ -100,10 +105,12 @@ void runDiff(const DiffArguments& arguments) {
         console.people() << "page: " << arguments.output << std::endl;
     }
     console.emit(diff);
-    const uint64_t worse = diff.at("worse_count"), lost = diff.at("lost_row_count");
-    if (worse + lost > 0)
+    const uint64_t worse = diff.at("worse_count"), rows = diff.at("lost_row_count"),
+                   values = diff.at("lost_value_count");
+    if (worse + rows + values > 0)
         throw NotHeld(arguments.b + ": " + std::to_string(worse) + " values are worse than in " +
-                      arguments.a + ", and " + std::to_string(lost) + " rows are missing");
+                      arguments.a + ", and " + std::to_string(rows) + " rows and " +
+                      std::to_string(values) + " values of other rows are missing");
 }
 
 } // namespace
@@ -116,7 +123,7 @@ std::function<void()> declareDiff(CommandLine& commandLine) {
                      true);
     commandLine.text("RESULTS_B", arguments->b, "",
                      "The results that are held against them; the program ends with 5 where these "
-                     "are worse or lack a row",
+                     "are worse or lack a row or a value",
                      true);
     commandLine.text("-o,--output", arguments->output, "F.html",
                      "A page of the difference; its data are written beside it, as F.json [none]");

@@ -35,8 +35,7 @@ ExitMessage exitMessageOf(const std::exception& exception) {
                         int(ErrorKind::kResource)};
     // Of any library, and of the file system.
     if (saysTooManyFiles(exception.what()))
-        return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
-                int(ErrorKind::kResource)};
+        return {std::string(exception.what()) + "; " + kMoreFilesRemedy, int(ErrorKind::kResource)};
     if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&exception))
         return {file->path1().string() + (file->path2().empty() ? "" : " to ") +
                     file->path2().string() + ": " + file->code().message() + "; check the name",

@@ -187,7 +187,7 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
 }
 
 /// Throws, before any work, if the files that a fit writes cannot all be written: kUsage if two of
-/// them are the same, or one would replace an experiment or a page that no fit wrote.
+/// them are the same, or one would replace an experiment, a page or a chart that no fit wrote.
 void checkOutputs(const FitOptions& options, const std::string& experimentPath,
                   const std::string& stem) {
     const std::string page = stem + ".html";
@@ -205,12 +205,13 @@ void checkOutputs(const FitOptions& options, const std::string& experimentPath,
     const auto refuse = [&](size_t file) {
         throw Error(ErrorKind::kUsage, files[file].first +
                                            ": is a file that no fit wrote and that this fit would "
-                                           "replace; choose another, as in -o F.json");
+                                           "replace; choose another name");
     };
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         refuse(1);
-    if (fs::exists(page) && !isResultOfFit(options.output))
-        refuse(2);
+    for (size_t file = 2; file < files.size(); ++file)
+        if (fs::exists(files[file].second) && !isResultOfFit(options.output))
+            refuse(file);
     for (size_t a = 0; a < files.size(); ++a)
         for (size_t b = a + 1; b < files.size(); ++b)
             if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))

@@ -11,6 +11,7 @@
 #include "tools/workspace/single_frame.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -49,7 +50,27 @@ void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& 
     out << line;
 }
 
-/// Writes error.png, truth.png, method.png and errors.exr into the directory.
+/// In the order in which they are written.
+constexpr const char* kMapFiles[] = {"truth.png", "method.png", "error.png", "errors.exr"};
+
+/// Throws Error kUsage if a directory has one of the files that a validate writes, without one that
+/// it writes before, so that it is of something else; kResource if one cannot be replaced.
+void refuseForeignMaps(const std::string& directory) {
+    std::string absent;
+    for (const std::string name : kMapFiles) {
+        const std::string path = directory + "/" + name;
+        checkWritable(path);
+        if (!std::filesystem::exists(path))
+            absent = name;
+        else if (!absent.empty())
+            throw Error(ErrorKind::kUsage,
+                        "-o '" + directory + "': contains " + name + " and not " + absent +
+                            ", so no validate wrote it and this one would replace it; move it "
+                            "elsewhere, or choose another directory");
+    }
+}
+
+/// Writes kMapFiles into the directory.
 void writeMaps(const std::string& directory, SingleFrames& frames, const FrameResult& result,
                const Experiment& experiment) {
     const uint32_t width = experiment.width, height = experiment.height;
@@ -120,7 +141,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         if (experiment.viewCount > 1)
             directories.back() += "/" + experiment.viewCamera(view);
         createDirectory(directories.back());
-        checkWritable(directories.back() + "/error.png");
+        refuseForeignMaps(directories.back());
     }
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);

@@ -13,8 +13,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
@@ -91,10 +93,14 @@ std::string whatIsMissing(const std::string& path, bool drawsCharts) {
         packages = " python3 python3-jinja2 python3-matplotlib";
     } else if (status != 0) {
         const bool isOfFiles = saysTooManyFiles(packages);
+        const char* const home = std::getenv("PYTHONHOME");
         const std::string text =
             std::string(kPython) + " cannot load Jinja2" + (drawsCharts ? " or matplotlib" : "") +
             " (status " + std::to_string(status) + "): " + lastLine(packages) + "; " +
-            (isOfFiles ? kMoreFilesRemedy : "free memory, or install its packages again");
+            (isOfFiles         ? kMoreFilesRemedy
+             : home != nullptr ? "unset PYTHONHOME, which is '" + std::string(home) +
+                                     "' and where Python then looks for its own modules"
+                               : "free memory, or install its packages again");
         if (drawsCharts || isOfFiles)
             throw Error(ErrorKind::kResource, text);
         return text;
@@ -106,6 +112,18 @@ std::string whatIsMissing(const std::string& path, bool drawsCharts) {
                      packages;
 }
 
+/// Reports and removes the whole lines of progress in a text.
+void takeProgress(std::string& text, const Progress& progress) {
+    for (size_t begin; (begin = text.find(kProgressMark)) != std::string::npos;) {
+        const size_t end = text.find('\n', begin);
+        if (end == std::string::npos)
+            return;
+        const double share = std::strtod(text.c_str() + begin + 1, nullptr);
+        text.erase(begin, end + 1 - begin);
+        progress(std::clamp(share, 0.0, 1.0));
+    }
+}
+
 } // namespace
 
 std::string programDirectory() {
@@ -113,11 +131,19 @@ std::string programDirectory() {
     return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path().string();
 }
 
-int runProgram(const std::vector<std::string>& arguments, std::string* errorText) {
+int runProgram(const std::vector<std::string>& arguments, std::string* errorText,
+               const Progress& progress) {
     std::vector<char*> argv;
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str())); // execve does not write to them
     argv.push_back(nullptr);
+    std::vector<char*> variables;
+    for (char** variable = environ; *variable != nullptr; ++variable)
+        variables.push_back(*variable);
+    char asksForProgress[] = "SHADOWDAG_PROGRESS=1";
+    if (progress)
+        variables.push_back(asksForProgress);
+    variables.push_back(nullptr);
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) {
         const int error = errno;
@@ -131,24 +157,29 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
     pid_t child = 0;
-    const int failed = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    const int failed =
+        posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
     std::string text;
     char buffer[4096];
-    for (ssize_t count = 1; failed == 0 && count != 0;) {
-        pollfd waits{ends[0], POLLIN, 0};
-        while (poll(&waits, 1, 100) <= 0)
-            if (isInterrupted()) {
-                close(ends[0]);
-                endProgram(child);
+    try {
+        for (ssize_t count = 1; failed == 0 && count != 0;) {
+            pollfd waits{ends[0], POLLIN, 0};
+            while (poll(&waits, 1, 100) <= 0)
                 checkInterrupted();
-            }
-        count = read(ends[0], buffer, sizeof buffer);
-        if (count > 0)
-            text.append(buffer, size_t(count));
-        else if (count < 0 && errno != EINTR)
-            break;
+            count = read(ends[0], buffer, sizeof buffer);
+            if (count > 0)
+                text.append(buffer, size_t(count));
+            else if (count < 0 && errno != EINTR)
+                break;
+            if (progress)
+                takeProgress(text, progress);
+        }
+    } catch (...) { // interrupted
+        close(ends[0]);
+        endProgram(child);
+        throw;
     }
     close(ends[0]);
     if (errorText != nullptr)
@@ -169,7 +200,7 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
 }
 
 ReportPackage::ReportPackage(bool drawsCharts, const Console& console, const std::string& remedy)
-    : path_(packagePath()), drawsCharts_(drawsCharts) {
+    : path_(packagePath()), drawsCharts_(drawsCharts), console_(console) {
     const std::string missing = whatIsMissing(path_, drawsCharts);
     if (missing.empty())
         return;
@@ -195,20 +226,26 @@ Json ReportPackage::writePage(const std::string& name, const std::string& direct
         run({name, directory});
     else if (hasPage())
         run({name, directory, "--no-charts"});
+    if (const std::string page = directory + "/index.html";
+        hasPage() && !std::filesystem::exists(page))
+        throw Error(ErrorKind::kResource, path_ + ": " + name +
+                                              " ended without an error and without " + page +
+                                              "; is a module of another place in PYTHONPATH?");
     const std::string charts = directory + "/charts/charts.json";
     return std::filesystem::exists(charts) ? readJsonFile(charts, "make the report again")
                                            : Json{{"charts", Json::array()}};
 }
 
 void ReportPackage::run(const std::vector<std::string>& arguments) const {
-    runReportPackage(path_, arguments);
+    runReportPackage(path_, arguments, console_ ? console_->progress("charts") : Progress{});
 }
 
-void runReportPackage(const std::string& path, const std::vector<std::string>& arguments) {
+void runReportPackage(const std::string& path, const std::vector<std::string>& arguments,
+                      const Progress& progress) {
     std::vector<std::string> command{kPython, path};
     command.insert(command.end(), arguments.begin(), arguments.end());
     std::string said;
-    const int status = runProgram(command, &said);
+    const int status = runProgram(command, &said, progress);
     if (status == 0)
         return;
     if (saysTooManyFiles(said)) // whatever it was doing

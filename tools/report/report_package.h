@@ -6,10 +6,14 @@
 #include "tools/settings/console.h"
 #include "tools/settings/json.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
+
+/// Begins a line of progress: the record separator of ASCII.
+constexpr char kProgressMark = '\x1e';
 
 /// The package, found and complete.
 class ReportPackage {
@@ -26,7 +30,8 @@ public:
 
     /// Writes DIRECTORY/index.html, and, if charts are drawn, DIRECTORY/charts, from the data in
     /// the directory. Returns charts.json, the list of charts with captions and of those omitted
-    /// for lack of data. Throws as runReportPackage does.
+    /// for lack of data. Throws as runReportPackage does, and Error kResource if the package ends
+    /// without a page.
     /// @param name the package's command: compare, failures, stability, ablation, real
     Json writePage(const std::string& name, const std::string& directory) const;
     /// Returns whether writePage writes a page.
@@ -39,12 +44,15 @@ private:
 
     std::string path_; ///< "" if pages are omitted
     bool drawsCharts_;
+    std::optional<Console> console_; ///< shows how many charts are drawn
 };
 
 /// Runs the package at a path. Throws Error kInput when it refused the data, kResource with its
 /// last lines when it fails or cannot write.
 /// @param arguments the command and its arguments
-void runReportPackage(const std::string& path, const std::vector<std::string>& arguments);
+/// @param progress receives the share of charts that are drawn; may be empty
+void runReportPackage(const std::string& path, const std::vector<std::string>& arguments,
+                      const Progress& progress = {});
 
 /// Returns one line for each omitted chart of charts.json, with the data that it needs.
 std::vector<std::string> leftOutLines(const Json& charts);
@@ -53,7 +61,10 @@ std::vector<std::string> leftOutLines(const Json& charts);
 /// that ended it, or 127 when there is none. Throws Error kResource where the system refuses the
 /// files, the memory or the process.
 /// @param errorText receives its standard output and standard error in order; null discards them
-int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr);
+/// @param progress if not empty, the program has SHADOWDAG_PROGRESS=1 in its environment, and of
+/// the lines that begin with kProgressMark the number after it is reported and not kept
+int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr,
+               const Progress& progress = {});
 
 /// Returns the directory of the running program.
 std::string programDirectory();

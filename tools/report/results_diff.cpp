@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -27,6 +28,10 @@ constexpr const char* kNameKeys[] = {"part",  "scene",   "failure", "row",    "n
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes", "map_costs", "truth_images", "pictures",
                                        "broken", "warnings",  "left_out",     "disagreements"};
+/// Members that are lists of objects; `checks` of a bench is one object.
+constexpr const char* kLists[] = {"runs",    "sequence_runs", "cells",   "checks",
+                                  "mutants", "mechanisms",    "numeric", "perturbation",
+                                  "rates",   "verdicts",      "lights",  "sequence_times"};
 /// Keys of a row that are names, settings and bounds of it, or show its picture.
 constexpr const char* kOtherKeys[] = {
     "parameters", "images",  "image",      "bounds",     "broken",         "unknown",
@@ -73,6 +78,41 @@ bool isOfTime(const std::string& key) {
            key.find("_per_s") != std::string::npos || key.find("_per_pair") != std::string::npos ||
            key.find("_over_it") != std::string::npos || endsWith(key, "time_ratio") ||
            endsWith(key, "rss_bytes");
+}
+
+/// Returns whether a value can only be a number from 0, or, if it is time_ms, a list of such.
+bool isQuantity(const std::string& key) {
+    for (const char* other : {"error_metric", "wrong_pairs", "unnamed", "round_times_ms"})
+        if (key == other) // texts and lists
+            return false;
+    return !key.starts_with("is_") &&
+           (directionOf(key) != Direction::kNeither || isOfTime(key) || endsWith(key, "_count"));
+}
+
+/// Throws Error kInput for a value that is no number from 0.
+/// @param where file and row, for the message
+void checkNumber(const Json& value, const std::string& key, const std::string& where) {
+    if (!value.is_number() || value.get<double>() < 0)
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
+                                           "; it must be a number from 0; measure it again");
+}
+
+/// Throws Error kInput for a quantity of an object that is no number from 0, and for one outside
+/// the interval beside it.
+void checkQuantity(const Json& object, const std::string& key, const std::string& where) {
+    checkNumber(object[key], key, where);
+    for (const auto& [low, high] : {std::pair("_low", "_high"), std::pair("_min", "_max")}) {
+        const std::string ends[] = {key + low, key + high};
+        for (const std::string& end : ends)
+            if (object.contains(end))
+                checkNumber(object[end], end, where);
+        if (object.contains(ends[0]) && object.contains(ends[1]) &&
+            !(object[ends[0]] <= object[key] && object[key] <= object[ends[1]]))
+            throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(object[key]) +
+                                               ", outside its interval, " +
+                                               jsonLine(object[ends[0]]) + " to " +
+                                               jsonLine(object[ends[1]]) + "; measure it again");
+    }
 }
 
 /// A value of a row: measured with its interval, or exact.
@@ -122,6 +162,13 @@ public:
             if (!value.is_array() && !value.is_object())
                 self[key] = value;
         addRow("results", "all", self);
+        for (const auto& names :
+             {std::span<const char* const>(kLists), std::span<const char* const>(kOtherLists)})
+            for (const char* list : names)
+                if (results.contains(list) && !results[list].is_structured())
+                    throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" is " +
+                                                       jsonLine(results[list]) +
+                                                       "; it must be a list; measure it again");
         for (const auto& [list, rows] : results.items())
             if (rows.is_array() && !isListed(std::begin(kOtherLists), std::end(kOtherLists), list))
                 addList(list, rows, "");
@@ -131,6 +178,10 @@ public:
 private:
     void addList(const std::string& list, const Json& rows, const std::string& prefix) {
         for (const Json& row : rows) {
+            if (isListed(std::begin(kLists), std::end(kLists), list) && !row.is_object())
+                throw Error(ErrorKind::kInput,
+                            file_ + ": \"" + list + "\" holds " + jsonLine(row) +
+                                "; it must be a list of objects; measure it again");
             if (!row.is_object())
                 return; // a list of values belongs to its row
             const std::string name = prefix + nameOf(row);
@@ -155,7 +206,7 @@ private:
 
     void addRow(const std::string& list, const std::string& name, const Json& object) {
         Row row;
-        addValues(object, "", row, false);
+        addValues(object, "", row, false, file_ + ": \"" + list + "\", row '" + name + "'");
         if (!rows_[list].emplace(name, std::move(row)).second)
             throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" has two rows '" + name +
                                                "', so that neither can be compared; measure it "
@@ -163,17 +214,26 @@ private:
     }
 
     /// @param isOfTimes whether the object is of times, as stages_ms is
-    void addValues(const Json& object, const std::string& prefix, Row& row, bool isOfTimes) const {
+    /// @param where file and row, for messages
+    void addValues(const Json& object, const std::string& prefix, Row& row, bool isOfTimes,
+                   const std::string& where) const {
         for (const auto& [key, value] : object.items()) {
             if (isListed(std::begin(kNameKeys), std::end(kNameKeys), key) ||
                 isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
                 isBesideAnother(object, key))
                 continue;
             if (value.is_object()) {
-                addValues(value, prefix + key + ".", row, isOfTimes || isOfTime(key));
-            } else if (key == "notices") { // of a fault: which checks noticed it
+                addValues(value, prefix + key + ".", row, isOfTimes || isOfTime(key), where);
+                continue;
+            }
+            const bool isListOfTimes = key == "time_ms" && value.is_array() && !value.empty();
+            if ((isOfTimes || isQuantity(key)) && !isListOfTimes)
+                checkQuantity(object, key, where);
+            if (key == "notices") { // of a fault: which checks noticed it
                 row[prefix + "is noticed"] = {!value.empty(), {}};
-            } else if (key == "time_ms" && value.is_array() && !value.empty()) {
+            } else if (isListOfTimes) {
+                for (const Json& time : value)
+                    checkNumber(time, key, where);
                 if (readsTimes_)
                     row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>())};
             } else if (!value.is_array() && (isOfTimes || isOfTime(key))) {
@@ -290,7 +350,8 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
                  {"differences", checkedDifferences(nameA + " and " + nameB, ofA, ofB, options)},
                  {"changes", Json::array()},
                  {"only_in_a", Json::array()},
-                 {"only_in_b", Json::array()}};
+                 {"only_in_b", Json::array()},
+                 {"values_only_in_a", Json::array()}};
     const Rows rowsA = RowReader(nameA, options.comparesTimes).read(a);
     const Rows rowsB = RowReader(nameB, options.comparesTimes).read(b);
     std::map<std::string, uint64_t> counts;
@@ -310,8 +371,11 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
             ++rowCount;
             for (const auto& [key, value] : row) {
                 const auto found = other->second.find(key);
-                if (found == other->second.end())
-                    continue; // results of another version have other keys
+                if (found == other->second.end()) {
+                    diff["values_only_in_a"].push_back(
+                        {{"list", list}, {"row", name}, {"key", key}});
+                    continue;
+                }
                 ++valueCount;
                 Json change = changeOf(key, value, found->second);
                 if (change.is_null())
@@ -332,6 +396,7 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
     for (const char* verdict : {"worse", "better", "changed", "uncertain"})
         diff[std::string(verdict) + "_count"] = counts[verdict];
     diff["lost_row_count"] = options.allowsExperiment ? 0 : diff["only_in_a"].size();
+    diff["lost_value_count"] = options.allowsExperiment ? 0 : diff["values_only_in_a"].size();
     return diff;
 }
 
@@ -364,6 +429,10 @@ std::string diffText(const Json& diff) {
         for (const Json& row : diff.at(key))
             text += "only in " + name.get<std::string>() + ": " + row["list"].get<std::string>() +
                     ", " + row["row"].get<std::string>() + "\n";
+    for (const Json& value : diff.at("values_only_in_a"))
+        text += "only in " + diff.at("a").get<std::string>() + ": " +
+                value["list"].get<std::string>() + ", " + value["row"].get<std::string>() + ": " +
+                value["key"].get<std::string>() + "\n";
     const auto count = [&](const char* key) { return diff.at(key).dump(); };
     text += count("value_count") + " values of " + count("row_count") +
             " rows: " + count("worse_count") + " worse, " + count("better_count") + " better, " +

@@ -30,11 +30,13 @@ struct DiffOptions {
 
 /// Returns what two results of one experiment have not in common: `changes` (objects with list,
 /// row, key, a, b, the intervals of measured values, and verdict: "worse", "better", "changed" or
-/// "uncertain"), `only_in_a`, `only_in_b` (names of rows), `differences` (texts of what was allowed
-/// to differ or describes the programs), and the counts of all of these. A row that b lacks is
-/// worse, unless experiments may differ. Throws Error kUsage where the results are of different
-/// kinds, experiments, scenes or machines and `options` does not allow it, kInput where a row is
-/// listed twice or nothing can be compared.
+/// "uncertain"), `only_in_a`, `only_in_b` (names of rows), `values_only_in_a` (list, row and key of
+/// values that b lacks in rows of both), `differences` (texts of what was allowed to differ or
+/// describes the programs), and the counts of all of these. A row or a value that b lacks is worse,
+/// unless experiments may differ. Throws Error kUsage where the results are of different kinds,
+/// experiments, scenes or machines and `options` does not allow it, kInput where a row is listed
+/// twice, a list is none, a count, an error, a size or a time is no number from 0 or outside its
+/// interval, or nothing can be compared.
 /// @param nameA, nameB of the results, for messages
 Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,
                  const DiffOptions& options);

@@ -53,7 +53,8 @@ Camera cameraFromText(const std::string& text) {
     size_t begin = 0;
     for (; begin <= text.size();) {
         const size_t end = std::min(text.find(',', begin), text.size());
-        numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
+        numbers.push_back(
+            parseNumber("--camera", withoutBlanks(text.substr(begin, end - begin)), -1e9, 1e9));
         begin = end + 1;
     }
     if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9 && numbers.size() != 10)

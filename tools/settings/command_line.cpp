@@ -116,6 +116,20 @@ std::string unknownOption(const CLI::App& app, int argc, const char* const* argv
     return "";
 }
 
+/// Returns a message about the first option with one value that is given twice; "" if there is
+/// none.
+std::string repeatedOption(const CLI::App& app) {
+    for (const CLI::Option* option : app.get_options())
+        if (option->get_expected_max() == 1 && option->count() > 1) {
+            std::string values;
+            for (const std::string& value : option->results())
+                values += (values.empty() ? "'" : ", '") + value + "'";
+            return option->get_name() + " is given " + std::to_string(option->count()) +
+                   " times, as " + values + "; give it once";
+        }
+    return "";
+}
+
 } // namespace
 
 struct Program::State {
@@ -186,6 +200,8 @@ void Program::run(int argc, const char* const* argv) {
         for (const CLI::App* sub : state_->app.get_subcommands()) {
             command = " " + sub->get_name();
             what = unknownOption(*sub, argc, argv); // also where another error was found first
+            if (what.empty() && error.get_name() == "ArgumentMismatch")
+                what = repeatedOption(*sub);
         }
         throw Error(ErrorKind::kUsage, (what.empty() ? error.what() : what) +
                                            (what.ends_with("?") ? " See" : "; see") + " shadowdag" +

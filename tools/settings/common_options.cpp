@@ -7,6 +7,7 @@
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
+#include "voxel/asset.h"
 
 #include <nlohmann/json.hpp>
 
@@ -179,7 +180,10 @@ void CommonOptions::declare(CommandLine& commandLine, const std::vector<SettingG
         if (group == SettingGroup::kVoxels) {
             declareCache(commandLine);
             commandLine.flag("--allow-stale", allowStale,
-                             "Accept an asset that was built from another scene");
+                             commandLine.declares("--costs")
+                                 ? "Accept an asset that was built from another scene, and costs "
+                                   "that were measured of another scene, size, camera or lights"
+                                 : "Accept an asset that was built from another scene");
         }
     }
 }
@@ -199,9 +203,13 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             throw Error(ErrorKind::kUsage, std::string(option) + " and " + other +
                                                " contradict each other: " + remedy);
     for (const auto& [option, other, what] : kNeeds)
-        if (given(option) && !given(other) && !(isWindow && option == std::string("--fps")))
-            throw Error(ErrorKind::kUsage,
-                        std::string(option) + " " + what + other + "; add that or drop it");
+        if (const bool isOfCosts =
+                option == std::string("--allow-stale") && commandLine.declares("--costs");
+            given(option) && !given(other) && !(isWindow && option == std::string("--fps")) &&
+            !(isOfCosts && given("--costs")))
+            throw Error(ErrorKind::kUsage, std::string(option) + " " + what + other +
+                                               (isOfCosts ? " or --costs" : "") +
+                                               "; add that or drop it");
     if (!isSweep && voxels.size() > 1)
         throw Error(ErrorKind::kUsage,
                     "--voxels '" + voxels[1] +
@@ -247,6 +255,9 @@ void CommonOptions::checkVoxels() const {
         if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
             throw Error(ErrorKind::kInput,
                         "--voxels '" + path + "': " + why + "; give an asset of voxelize");
+        else if (!beginsAsAsset(path)) // also where no voxels are used
+            throw Error(ErrorKind::kInput,
+                        "--voxels '" + path + "': is no voxel asset; give an asset of voxelize");
 }
 
 float CommonOptions::timeSeconds(const Experiment& experiment) const {

@@ -223,11 +223,9 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
     // Without SA_RESTART: a call that waits, such as for a pipe, returns.
     struct sigaction action {};
     action.sa_handler = onInterrupt;
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-    sigaction(SIGXCPU, &action, nullptr);
-    if (!isIgnored(SIGHUP))
-        sigaction(SIGHUP, &action, nullptr);
+    for (const int signal : {SIGINT, SIGTERM, SIGXCPU, SIGHUP})
+        if (!isIgnored(signal))
+            sigaction(signal, &action, nullptr);
     action.sa_flags = SA_SIGINFO;
     action.sa_sigaction = onPipe;
     if (!isIgnored(SIGPIPE))

@@ -19,9 +19,10 @@ struct Interrupted {
     int signal;
 };
 
-/// Makes SIGINT, SIGTERM, SIGXCPU and, unless they are ignored, SIGHUP and SIGPIPE raise a flag
-/// instead of ending the process at once; a second one, except SIGPIPE and SIGXCPU, ends it.
-/// Ignores SIGXFSZ and leaves SIGQUIT alone, whose core dump shows where the process is. Call once.
+/// Makes SIGINT, SIGTERM, SIGXCPU, SIGHUP and SIGPIPE raise a flag instead of ending the process at
+/// once, unless they are ignored, as shells set SIGINT for the background jobs of scripts; a second
+/// one, except SIGPIPE and SIGXCPU, ends it. Ignores SIGXFSZ and leaves SIGQUIT alone, whose core
+/// dump shows where the process is. Call once.
 /// @param giveUp is called 0.25 s after the first, on a thread of its own, if the process still
 /// runs: libraries that do not poll may take longer. It must end the process
 void catchInterrupts(std::function<void(int signal)> giveUp);

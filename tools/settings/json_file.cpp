@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/input_file.h"
+#include "scenes/json_text.h"
 
 #include <nlohmann/json.hpp>
 
@@ -77,8 +78,12 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
             throw Error(ErrorKind::kInput, where + ": ends at " + placeOf(text, text.size()) +
                                                ", before its JSON does: it is truncated; " +
                                                remedy);
+        if (const std::string why = whyNoUtf8(text); !why.empty())
+            throw Error(ErrorKind::kInput, where + ": " + why);
         throw Error(ErrorKind::kInput,
-                    where + ": is not JSON at " + placeOf(text, byte) + "; " + remedy);
+                    where + ": is not JSON at " + placeOf(text, byte) + "; " +
+                        (isNoNumber(text, byte) ? "JSON has no NaN and no Infinity: write a number"
+                                                : remedy));
     } catch (const Json::out_of_range&) {
         throw Error(ErrorKind::kInput, where + ": contains a number beyond 1.8e308; " + remedy);
     }

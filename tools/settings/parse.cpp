@@ -27,12 +27,12 @@ template <class T> bool readWhole(const std::string& text, T& value) {
     return error == std::errc() && at == end && !text.empty();
 }
 
+} // namespace
+
 std::string withoutBlanks(const std::string& text) {
     const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
     return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
-
-} // namespace
 
 int64_t parseInteger(const std::string& option, const std::string& text, int64_t min, int64_t max) {
     int64_t value = 0;

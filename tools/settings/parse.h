@@ -21,6 +21,8 @@ int64_t parseInteger(const std::string& option, const std::string& text, int64_t
 double parseNumber(const std::string& option, const std::string& text, double min, double max);
 /// Returns (width, height) of "WxH".
 std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::string& text);
+/// Returns a text without the blanks around it.
+std::string withoutBlanks(const std::string& text);
 /// Returns the parts of a comma-separated list, none of them empty or duplicate, without
 /// surrounding blanks. Commas in parentheses do not separate.
 std::vector<std::string> parseList(const std::string& option, const std::string& text);

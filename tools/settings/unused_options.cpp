@@ -63,6 +63,9 @@ void refuseUnused(const Experiment& e, size_t assetCount, const std::string& exp
         return std::find_if(settings().begin(), settings().end(),
                             [&](const Setting& setting) { return setting.option == option; });
     };
+    const auto isOfFile = [&](const std::string& option) {
+        return !experimentFile.empty() && findSetting(option) != settings().end();
+    };
     const auto given = [&](const std::string& option) { // fit has fewer options than compare
         // A file that a run wrote has every key; names of variants change some defaults.
         if (const auto setting = findSetting(option);
@@ -79,12 +82,11 @@ void refuseUnused(const Experiment& e, size_t assetCount, const std::string& exp
                             const std::string& remedy,
                             const std::function<bool(const RunParameters&)>& uses) {
         if (given(option) && !std::any_of(runs.begin(), runs.end(), uses))
-            throw Error(ErrorKind::kUsage,
-                        (experimentFile.empty() || findSetting(option) == settings().end()
-                             ? option
-                             : experimentFile + ": key \"" + findSetting(option)->key + "\"") +
-                            " is for " + what + ", which " + by + " leaves out; " + remedy +
-                            "drop it");
+            throw Error(
+                isOfFile(option) ? ErrorKind::kInput : ErrorKind::kUsage,
+                (isOfFile(option) ? experimentFile + ": key \"" + findSetting(option)->key + "\""
+                                  : option) +
+                    " is for " + what + ", which " + by + " leaves out; " + remedy + "drop it");
     };
     const auto refuseFor = [&](const std::string& option, const Setting* setting, ReadBy readBy) {
         const Readers& readers = readersOf(readBy);

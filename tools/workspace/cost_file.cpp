@@ -2,6 +2,7 @@
 #include "tools/workspace/cost_file.h"
 
 #include "cuda/error.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
@@ -57,6 +58,10 @@ const char* startName(FrameStart start) {
     return start == FrameStart::kWarm ? "warm" : "cold";
 }
 
+std::string keyText(const CostKey& key) {
+    return key.scene + " frame " + std::to_string(key.frame) + ", " + startName(key.start);
+}
+
 CostTable tableFromJson(const Json& json, const std::string& path) {
     CostTable table;
     if (!json.is_object() || !json.contains("costs") || !json["costs"].is_array())
@@ -88,9 +93,16 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
                 last = next;
                 costs.maps.push_back(cost);
             }
+            Json of = entry.value("of", Json());
+            if (!of.is_object() && !of.is_null())
+                throw Error(ErrorKind::kInput, path + ": \"of\" is " + jsonLine(of) +
+                                                   "; it must be an object: measure again");
             const bool isWarm = start == startName(FrameStart::kWarm);
-            table[{entry.at("scene").get<std::string>(), costs.frame,
-                   isWarm ? FrameStart::kWarm : FrameStart::kCold}] = std::move(costs);
+            const CostKey key{entry.at("scene").get<std::string>(), costs.frame,
+                              isWarm ? FrameStart::kWarm : FrameStart::kCold};
+            if (!table.emplace(key, TableCosts{std::move(costs), std::move(of)}).second)
+                throw Error(ErrorKind::kInput,
+                            path + ": has costs of " + keyText(key) + " twice; measure again");
         }
     } catch (const Json::exception& error) {
         throw notACostFile(path, detailOf(error));
@@ -184,6 +196,8 @@ Json toJson(const CostTable& costs) {
         if (frameCosts.wholeFrame)
             entry["whole_frame"] = routeName(*frameCosts.wholeFrame);
         entry["maps"] = std::move(maps);
+        if (!frameCosts.of.is_null())
+            entry["of"] = frameCosts.of;
         list.push_back(std::move(entry));
     }
     return {{"costs", std::move(list)}};
@@ -199,14 +213,51 @@ CostTable readCosts(const std::string& path) {
     return tableFromJson(readJsonFile(path, kRemedy), path);
 }
 
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key) {
+Json costConditions(const LoadedScene& scene, const Camera& camera, const Experiment& experiment,
+                    float timeSeconds) {
+    Json of = {{"scene_hash", scene.geometryHash},
+               {"size", std::to_string(experiment.width) + "x" + std::to_string(experiment.height)},
+               {"camera_numbers", cameraText(camera)},
+               {"time_s", timeSeconds},
+               {"lights", experiment.lightCount}};
+    if (experiment.lightCount >= 0)
+        of["light_seed"] = experiment.lightSeed;
+    return of;
+}
+
+const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key) {
     const auto found = costs.find(key);
     if (found == costs.end())
         throw Error(ErrorKind::kInput,
-                    path + ": has no costs of " + key.scene + " frame " +
-                        std::to_string(key.frame) + ", " + startName(key.start) +
+                    path + ": has no costs of " + keyText(key) +
                         "; measure them with the same scenes, frames and --start");
     return found->second;
+}
+
+const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
+                            const Json& here, bool allowStale, const Console& console) {
+    const TableCosts& found = findCosts(costs, path, key);
+    std::string others;
+    for (const auto& [name, value] : here.items())
+        if (found.of.contains(name) && found.of[name] != value)
+            others += (others.empty() ? "" : ", ") + name + " " + jsonLine(found.of[name]) +
+                      " instead of " + jsonLine(value);
+    if (others.empty())
+        return found;
+    const std::string text =
+        path + ": its costs of " + keyText(key) + " were measured with " + others;
+    if (!allowStale)
+        throw Error(ErrorKind::kInput, text + "; measure them again, or pass --allow-stale");
+    console.note("warning: " + text + "; used nevertheless");
+    return found;
+}
+
+void requireCosts(const CostTable& costs, const std::string& path,
+                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames) {
+    for (const std::string& scene : scenes)
+        for (const uint32_t frame : frames)
+            if (!costs.contains({scene, frame, FrameStart::kWarm}))
+                static_cast<void>(findCosts(costs, path, {scene, frame}));
 }
 
 Json toJson(const CostCalibration& calibration) {
@@ -311,6 +362,11 @@ std::vector<std::string> remarksOn(const CostSource& source,
             source.path + ": was " + (source.calibration ? "calibrated" : "measured") +
             " elsewhere (" + source.otherMachine + "); " +
             (source.calibration ? "calibrate" : "measure") + " on this machine for good routes");
+    if (source.table && std::any_of(source.table->begin(), source.table->end(),
+                                    [](const auto& entry) { return entry.second.of.is_null(); }))
+        remarks.push_back("warning: " + source.path +
+                          ": does not say of which geometry, size, camera and lights its costs "
+                          "are, so this is not checked; measure again");
     for (const RunParameters& run : runs)
         if (const std::string other = otherSettings(source, run);
             needsCalibration(run) && !other.empty()) {

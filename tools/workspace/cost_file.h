@@ -5,8 +5,10 @@
 
 #include "hybrid/routing/cost_fit.h"
 #include "hybrid/routing/cost_model.h"
+#include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
 #include "tools/settings/json.h"
+#include "tools/workspace/scene_setup.h"
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +30,21 @@ struct CostKey {
     auto operator<=>(const CostKey&) const = default;
 };
 
-using CostTable = std::map<CostKey, FrameCosts>;
+/// The costs of a frame, and what they depend on besides the costs' key.
+struct TableCosts : FrameCosts {
+    TableCosts() = default;
+    TableCosts(FrameCosts costs, Json measuredOf = {})
+        : FrameCosts(std::move(costs)), of(std::move(measuredOf)) {}
+
+    Json of; ///< costConditions of the measurement; null in older files
+};
+
+using CostTable = std::map<CostKey, TableCosts>;
+
+/// Returns what the costs of a frame depend on besides their key: {"scene_hash", "size",
+/// "camera_numbers", "time_s", "lights", "light_seed" (of placed lights)}.
+Json costConditions(const LoadedScene& scene, const Camera& camera, const Experiment& experiment,
+                    float timeSeconds);
 
 /// Returns the name of a route in files: "rays" or "map".
 const char* routeName(Route route);
@@ -37,14 +53,24 @@ Route routeNamed(const Json& name, const std::string& where);
 
 /// Returns {"costs": [{"scene", "frame", "start" ("cold" or "warm"; absent: cold), "rays_scale",
 /// "maps_scale", "degrade_divisor", "whole_frame" (FrameCosts::wholeFrame; may be absent), "maps":
-/// [{"light", "octave", "rays_ms", "map_ms"}]}]}.
+/// [{"light", "octave", "rays_ms", "map_ms"}], "of" (costConditions; may be absent)}]}.
 Json toJson(const CostTable& costs);
 /// Returns the same with the measurement's "provenance" and "experiment".
 Json toJson(const CostTable& costs, const Json& provenance, const Json& experiment);
-/// Reads such a file. Throws Error kInput naming the file and the error in it.
+/// Reads such a file. Throws Error kInput naming the file and the error in it, such as two entries
+/// of one key.
 CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key);
+const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key);
+/// The same for costs to replay. Throws Error kInput also where they were measured under other
+/// conditions, as far as the file has them; if `allowStale`, that is a warning.
+/// @param here costConditions of the frame
+const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
+                            const Json& here, bool allowStale, const Console& console);
+/// Throws Error kInput naming the file when it has no costs of one of the scenes or frames; call it
+/// before long work. @param scenes names, with the camera if there are several views
+void requireCosts(const CostTable& costs, const std::string& path,
+                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames);
 
 /// Returns {"rays": [{"term", "ms"}], "map": [...]}.
 Json toJson(const CostCalibration& calibration);
@@ -73,8 +99,8 @@ std::string otherSettings(const CostSource& source, const RunParameters& run);
 /// Throws Error kUsage for a calibration that no run uses for routing. @param runs all
 void refuseUnusedOptions(const CostSource& source, const std::vector<RunParameters>& runs);
 
-/// Returns warnings for the user: costs of another machine, runs with settings that were not
-/// fitted.
+/// Returns warnings for the user: costs of another machine, costs without the conditions of their
+/// measurement, runs with settings that were not fitted.
 std::vector<std::string> remarksOn(const CostSource& source,
                                    const std::vector<RunParameters>& runs);
 

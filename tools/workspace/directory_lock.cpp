@@ -27,9 +27,10 @@ DirectoryLock::DirectoryLock(const std::string& option, const std::string& direc
     const int failure = errno;
     close(descriptor_);
     if (failure == EWOULDBLOCK)
-        throw Error(ErrorKind::kUsage, option + " '" + directory +
-                                           "': another shadowdag is writing there; wait for it or "
-                                           "choose another directory");
+        throw Error(ErrorKind::kResource,
+                    option + " '" + directory +
+                        "': another shadowdag is writing there; wait for it or "
+                        "choose another directory");
     throw Error(ErrorKind::kResource, directory + ": cannot be locked: " + std::strerror(failure) +
                                           "; choose a directory on another file system");
 }

@@ -24,6 +24,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 
 namespace shadowdag {
@@ -125,6 +126,18 @@ void writePng(const std::string& path, uint32_t width, uint32_t height,
         for (int c = 0; c < 3; ++c)
             bytes.push_back(uint8_t(std::clamp(pixel[c], 0.0f, 1.0f) * 255.0f + 0.5f));
     writeRgb(path, width, height, bytes);
+}
+
+bool isWholePng(const std::string& path) {
+    // The last chunk, IEND, and its checksum. Source: PNG, sec. 11.2.5.
+    constexpr std::array<char, 8> kEnd = {'I', 'E', 'N', 'D', '\xae', '\x42', '\x60', '\x82'};
+    std::array<char, 8> last{};
+    if (!whyNoInput(path, ~uint64_t(0)).empty())
+        return false;
+    std::ifstream file = openInput(path);
+    file.seekg(-std::streamoff(last.size()), std::ios::end);
+    file.read(last.data(), std::streamsize(last.size()));
+    return file && last == kEnd;
 }
 
 void writePngBytes(const std::string& path, uint32_t width, uint32_t height,

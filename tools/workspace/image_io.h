@@ -38,6 +38,8 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
 /// Throws Error kResource when the disk refuses.
 void writePng(const std::string& path, uint32_t width, uint32_t height,
               const std::vector<glm::vec3>& display);
+/// Returns whether a file can be read and ends as a PNG does, so that it is not cut off.
+bool isWholePng(const std::string& path);
 /// Writes the first three of four bytes a pixel as they are.
 void writePngBytes(const std::string& path, uint32_t width, uint32_t height,
                    const std::vector<uint8_t>& rgba);

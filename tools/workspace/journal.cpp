@@ -7,6 +7,7 @@
 #include "scenes/output_file.h"
 #include "scenes/scene_kind.h"
 #include "tools/settings/json_file.h"
+#include "tools/workspace/image_io.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -100,12 +101,12 @@ std::string partsHash(const std::string& text) {
     return hashText(contentHash(text.data(), text.size()));
 }
 
-/// Returns whether a value names a picture that is neither in the folder nor in its `images`.
+/// Returns whether a value names a picture that is not whole in the folder or in its `images`.
 bool namesAbsentPicture(const Json& value, const std::string& folder) {
     if (value.is_string()) {
         const std::string name = value;
-        return name.ends_with(".png") && !std::filesystem::exists(folder + "/" + name) &&
-               !std::filesystem::exists(folder + "/images/" + name);
+        return name.ends_with(".png") && !isWholePng(folder + "/" + name) &&
+               !isWholePng(folder + "/images/" + name);
     }
     return value.is_structured() && std::any_of(value.begin(), value.end(), [&](const Json& item) {
                return namesAbsentPicture(item, folder);
@@ -201,7 +202,8 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
         part = isLost ? content_["parts"].erase(part) : std::next(part);
     }
     takenUpCount_ = content_["parts"].size();
-    hasFinishedParts() = takenUpCount_ > 0;
+    if (takenUpCount_ > 0)
+        noteFinishedParts();
 }
 
 const Json* Journal::find(const std::string& part) const {
@@ -223,7 +225,8 @@ void Journal::save() const {
     file.write("{\"key\":" + textOf(content_["key"]) + ",\"parts\":" + parts +
                ",\"parts_hash\":\"" + partsHash(parts) + "\"}");
     file.commit();
-    hasFinishedParts() = !content_["parts"].empty();
+    if (!content_["parts"].empty())
+        noteFinishedParts();
 }
 
 } // namespace shadowdag

@@ -28,7 +28,7 @@ public:
     /// @param path the file, "" to keep parts in memory alone; @param key must be equal for parts
     /// to be valid: commit, experiment, ...; a message names the first difference
     /// @param resume false: starts empty and saves that; true: reads the file if it exists, and
-    /// leaves out parts that name a picture (*.png) which is neither beside the file nor in the
+    /// leaves out parts that name a picture (*.png) which is not whole beside the file or in the
     /// folder `images` there. Throws Error kUsage when it has another key, kInput when it was
     /// damaged or edited.
     Journal(std::string path, Json key, bool resume);

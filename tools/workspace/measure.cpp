@@ -10,7 +10,6 @@
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -22,6 +21,13 @@ namespace {
 /// Returns a scene's name as part of a file name; every scene file's name contains a dot.
 std::string sceneSlug(const std::string& name) {
     return name.starts_with("builtin:") ? "builtin_" + fileSlug(name.substr(8)) : fileSlug(name);
+}
+
+/// Returns whether the isolated costs of a run's maps are of use. Charts of variants do not use
+/// them; only a model that routes by costs needs them.
+bool wantsMapCosts(const RunParameters& run, bool measuresMapCosts) {
+    return (run.variant.empty() && measuresMapCosts && run.usesMaps()) ||
+           makeCostModel(run.model)->needsCosts();
 }
 
 /// One frame of one scene: the truth once, then every configuration.
@@ -59,8 +65,7 @@ private:
     }
 
     bool isDone() const {
-        if (part(context_.times) == nullptr ||
-            (withPictures_ && !std::filesystem::exists(truthPicture())))
+        if (part(context_.times) == nullptr || (withPictures_ && !isWholePng(truthPicture())))
             return false;
         return std::all_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
             return part("answer/" + run.label()) != nullptr;
@@ -107,9 +112,7 @@ private:
         const RunParameters* rays = firstRun(&RunParameters::usesRays);
         if (rays != nullptr && firstRun(&RunParameters::usesMaps) != nullptr)
             for (const RunParameters& run : runs_)
-                // Charts of variants do not use them; only a model that routes by costs needs them.
-                if ((run.variant.empty() && context_.measuresMapCosts && run.usesMaps()) ||
-                    makeCostModel(run.model)->needsCosts()) {
+                if (wantsMapCosts(run, context_.measuresMapCosts)) {
                     RunParameters& of = wanted.try_emplace(run.frame.start, *rays).first->second;
                     if (run.isRouted() && !of.isRouted())
                         of = run; // its options contain those of both methods
@@ -121,9 +124,17 @@ private:
             if (part(name) == nullptr)
                 measureCosts(run, name);
             readCosts(*part(name), frameCosts_[start], out);
-            out.costs[{scene_.name, frame_, start}] = frameCosts_[start];
+            const CostKey key{scene_.name, frame_, start};
+            out.costs[key] = {frameCosts_[start],
+                              context_.costs != nullptr
+                                  ? findCosts(*context_.costs, context_.costsPath, key).of
+                                  : conditions()};
         }
         step();
+    }
+
+    Json conditions() const {
+        return costConditions(scene_, camera_, experiment_, experiment_.timeOfFrame(frame_));
     }
 
     /// Measures or takes the costs of a run and notes them in the journal.
@@ -133,7 +144,8 @@ private:
         FrameCosts& costs = costsOf(run);
         if (context_.costs != nullptr) {
             costs = findCosts(*context_.costs, context_.costsPath,
-                              {scene_.name, frame_, run.frame.start});
+                              {scene_.name, frame_, run.frame.start}, conditions(),
+                              context_.allowsStaleCosts, *context_.console);
         } else {
             FrameOptions options = run.frame;
             options.recordPairs = false;
@@ -331,6 +343,15 @@ private:
 };
 
 } // namespace
+
+bool usesMapCosts(const std::vector<RunParameters>& runs) {
+    const auto any = [&](const auto& holds) {
+        return std::any_of(runs.begin(), runs.end(), holds);
+    };
+    return any([](const RunParameters& run) { return run.usesRays(); }) &&
+           any([](const RunParameters& run) { return run.usesMaps(); }) &&
+           any([](const RunParameters& run) { return wantsMapCosts(run, true); });
+}
 
 SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment,
                               const std::vector<RunParameters>& runs,

@@ -27,6 +27,8 @@ struct MeasureContext {
     std::string directory;             ///< of the report; pictures go to directory/images
     const CostTable* costs = nullptr;  ///< to replay, or null: measured
     std::string costsPath;             ///< their source
+    bool allowsStaleCosts = false;     ///< measured of another scene, size, camera or lights
+    const Console* console = nullptr;  ///< of warnings about costs to replay; null without these
     const CostSource* given = nullptr; ///< of --costs: the calibration of model cost, or null
     Journal* journal = nullptr;        ///< never null
     std::vector<uint32_t> frames;      ///< frames to measure, a subset of the experiment's
@@ -50,6 +52,9 @@ struct SceneMeasurement {
     CostTable costs;               ///< measured or replayed
     Json truthImages = Json::array(); ///< {"scene", "frame", "file"}
 };
+
+/// Returns whether measureScene measures, or replays, the maps' isolated costs.
+bool usesMapCosts(const std::vector<RunParameters>& runs);
 
 /// Measures every configuration on the context's frames of the experiment. Results in the journal
 /// are reused. With 0 repeats and 0 warm-ups no times are measured.

@@ -2,6 +2,7 @@
 #include "tools/workspace/report_directory.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "scenes/output_target.h"
 #include "scenes/write_remedy.h"
@@ -47,44 +48,83 @@ bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
                                            [&](const char* key) { return json.contains(key); });
 }
 
-/// Throws Error kUsage if the directory contains a file with a report's name that this program did
-/// not write.
+[[noreturn]] void refuseForeign(const std::string& directory, const std::string& name) {
+    throw Error(ErrorKind::kUsage,
+                "-o '" + directory + "': contains " + name +
+                    ", which shadowdag did not write and which a report would replace; move it "
+                    "elsewhere, or choose an empty or a new directory");
+}
+
+/// Throws Error kInput if a JSON file of the directory is damaged. @param remedy begins with what
+/// to delete
+void refuseDamaged(const std::string& directory, const std::string& name,
+                   const std::string& remedy) {
+    if (readOwnJsonFile(directory + "/" + name).is_discarded())
+        throw Error(ErrorKind::kInput, directory + "/" + name +
+                                           ": is damaged or truncated, so it is unknown whether "
+                                           "shadowdag wrote the files beside it; delete " +
+                                           directory + remedy);
+}
+
+/// Throws Error kUsage if `partial` is there and this program did not write it; kInput if its
+/// journal is damaged.
+void refuseForeignPartial(const std::string& directory) {
+    std::error_code ignored;
+    const fs::file_status partial = fs::symlink_status(directory + "/partial", ignored);
+    if (!fs::exists(partial) || holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
+        return;
+    if (!fs::is_directory(partial))
+        refuseForeign(directory, "partial");
+    refuseDamaged(directory, "partial/journal.json", "/partial to measure again");
+    if (fs::exists(directory + "/partial/old") || fs::exists(directory + "/partial/done"))
+        return; // of --join, which has no journal
+    for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
+        if (!entry.is_directory(ignored))
+            refuseForeign(directory, "partial");
+}
+
+/// Returns the text of all files of a report that name its pictures and charts.
+std::string namingText(const std::string& directory) {
+    std::string text, ignored;
+    for (const std::string& name : reportParts())
+        if (name.ends_with(".json") || name.ends_with(".html"))
+            text += readInput(directory + "/" + name, {kMaxJsonBytes}, ignored).value_or("");
+    return text +
+           readInput(directory + "/charts/charts.json", {kMaxJsonBytes}, ignored).value_or("");
+}
+
+/// Throws Error kUsage if the directory contains a file, at a report's place or in its folders,
+/// that this program did not write: a report's pictures, and its charts up to the extension, are
+/// named by its JSON files or its page.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
-    const auto refuse = [&](const std::string& name) {
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +
-                                           ", which shadowdag did not write and which a report "
-                                           "would replace; choose an empty or a new directory");
-    };
-    const fs::file_status partial = fs::symlink_status(directory + "/partial", ignored);
-    if (fs::exists(partial) && !fs::is_directory(partial))
-        refuse("partial");
-    if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
+    const bool isOurs =
+        holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-        holdsKeys(directory + "/partial/journal.json", {"key", "parts"}) ||
         std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds), [&](const std::string& kind) {
             return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
-        }))
-        return;
-    const auto refuseDamaged = [&](const std::string& name, const std::string& rest) {
-        if (readOwnJsonFile(directory + "/" + name).is_discarded())
-            throw Error(ErrorKind::kInput, directory + "/" + name +
-                                               ": is damaged or truncated, so it is unknown "
-                                               "whether shadowdag wrote the files beside it; "
-                                               "delete " +
-                                               directory + rest);
-    };
-    refuseDamaged("partial/journal.json", "/partial to measure again");
+        });
     for (const std::string& name : reportParts())
-        if (name.ends_with(".json"))
-            refuseDamaged(name, " if you do not need it, or choose another directory");
+        if (!isOurs && name.ends_with(".json"))
+            refuseDamaged(directory, name,
+                          "/" + name + " if you do not need it, or choose another directory");
     for (const std::string& name : reportParts())
-        if (fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
-            refuse(name);
-    if (fs::exists(partial))
-        for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
-            if (!entry.is_directory(ignored))
-                refuse("partial");
+        if (!isOurs && fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
+            refuseForeign(directory, name);
+    std::string text;
+    for (const char* folder : {"images", "charts"})
+        for (fs::recursive_directory_iterator entry(directory + "/" + folder, ignored), end;
+             entry != end; entry.increment(ignored)) {
+            if (text.empty())
+                text = namingText(directory);
+            const fs::path& path = entry->path();
+            const std::string name = std::string_view(folder) == "images"
+                                         ? path.filename().string()
+                                         : path.stem().string() + ".";
+            if (path.filename() != "charts.json" && text.find("\"" + name) == std::string::npos &&
+                text.find("/" + name) == std::string::npos)
+                refuseForeign(directory, fs::relative(path, directory, ignored).string());
+        }
 }
 
 /// Throws Error kResource if this user may not replace a file or a folder of an older report; to
@@ -229,6 +269,8 @@ ReportDirectory::~ReportDirectory() {
 void createDirectory(const std::string& path) {
     std::error_code failed;
     const fs::file_status there = fs::status(path, failed);
+    if (failed == std::errc::too_many_symbolic_link_levels)
+        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
     if (fs::exists(there) && !fs::is_directory(there))
         throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
     if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
@@ -236,8 +278,8 @@ void createDirectory(const std::string& path) {
                     path + ": is a symbolic link that leads nowhere; create the directory that it "
                            "leads to, or remove the link");
     refuseFileAsFolder(path);
-    // Of a report, DIR/partial/old/images/PICTURE is the longest; the system refuses long names.
-    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - 32;
+    // The longest path of a report, with its zero byte; the system refuses longer names.
+    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - sizeof "/partial/done/images/";
     if (path.size() > kMostBytes)
         throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
                                               std::to_string(kMostBytes) +
@@ -248,13 +290,15 @@ void createDirectory(const std::string& path) {
                                               "; choose another directory");
     if (const std::string why = whyNotWritable(path); !why.empty())
         throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
+    OutputFile(path + "/probe"); // removed again, as it is not committed
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
     createDirectory(directory);
     DirectoryLock lock("-o", directory);
-    refuseForeignFiles(directory);
+    refuseForeignPartial(directory);
     undoSwap(directory);
+    refuseForeignFiles(directory);
     refuseReadOnly(directory);
     refuseOtherKind(directory, isPart);
     if (!resume) {
@@ -263,13 +307,13 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         fs::remove_all(directory + "/partial", ignored);
     }
     createDirectory(directory + "/partial/images");
-    removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
-    OutputFile probe(directory + "/partial/probe"); // removed again: never committed
+    removeAbandonedFiles(directory + "/partial"); // of a killed run that is resumed
     return lock;
 }
 
 void swapReport(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
+    refuseForeignFiles(directory); // which came during the run
     for (const std::string& name : reportParts())
         keepAttributesOfFiles(directory + "/" + name, partial + "/" + name);
     createDirectory(old);
@@ -290,7 +334,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
-    hasFinishedParts() = false;
+    clearFinishedParts();
     held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);

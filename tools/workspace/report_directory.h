@@ -25,15 +25,16 @@ private:
     std::vector<std::string> fresh_; ///< the innermost first
 };
 
-/// Creates a directory and those above it. Throws Error kResource if it cannot be, if something
-/// else is there, or if its path leaves no room for the files of a report.
+/// Creates a directory and those above it, and tests that a file can be created in it. Throws Error
+/// kResource if it cannot be created, if something else is there, if its path leaves no room for
+/// the files of a report, or if this user may not write into it.
 void createDirectory(const std::string& path);
 
 /// Creates the directory and tests that it can be written to, before any work. Unless resumed,
 /// `partial` is emptied. Returns the lock that excludes other runs. Throws Error kUsage if another
-/// run is at work there, if the directory contains a file with a report's name that this program
-/// did not write, a report where a part is to be written or the reverse, or, unless resumed,
-/// finished parts of an interrupted run; kResource if it cannot be created.
+/// run is at work there, if the directory contains a file with a report's name, or in a report's
+/// folder, that this program did not write, a report where a part is to be written or the reverse,
+/// or, unless resumed, finished parts of an interrupted run; kResource if it cannot be created.
 [[nodiscard]] DirectoryLock prepareDirectory(const std::string& directory, bool resume,
                                              bool isPart);
 
@@ -53,7 +54,8 @@ private:
 
 /// Replaces an older report by the finished parts in `partial`, by renaming alone; the older one is
 /// deleted only after the new one is in place. Files and folders of the same names keep their
-/// attributes (FileAttributes). Throws Error kResource, with the older one restored.
+/// attributes (FileAttributes). Throws Error kUsage as prepareDirectory does if files that this
+/// program did not write have come since, and kResource, with the older one restored.
 void swapReport(const std::string& directory);
 
 } // namespace shadowdag

@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/camera_placement.h"
+#include "scenes/output_file.h"
 #include "scenes/output_target.h"
 #include "scenes/write_remedy.h"
 #include "tools/settings/camera_text.h"
@@ -40,6 +41,19 @@ std::vector<uint32_t> cameraNodes(const Scene& scene) {
         if (reachable[node] && scene.nodes[node].camera != kNone)
             nodes.push_back(uint32_t(node));
     return nodes;
+}
+
+/// Returns whether nodes have lights and each of these is of intensity 0 or black.
+bool hasDarkLights(const Scene& scene) {
+    bool hasLights = false;
+    for (const Node& node : scene.nodes)
+        if (node.light != kNone) {
+            const LightSource& light = scene.lights[size_t(node.light)];
+            if (light.color * light.intensity != glm::vec3(0.0f))
+                return false;
+            hasLights = true;
+        }
+    return hasLights;
 }
 
 /// Returns which automatic camera a text of --camera names: 1 for auto, K for auto-K, 0 for none.
@@ -126,8 +140,12 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
                                            "scene's own");
     if (needsLights && loaded.world->lights().empty())
         throw Error(ErrorKind::kInput,
-                    sceneArgument + ": has no supported light; place some with --lights 32 if "
-                                    "the command has that option");
+                    sceneArgument +
+                        (hasDarkLights(*loaded.scene)
+                             ? ": all its lights are dark, of intensity 0 or black; give one more, "
+                               "or place some with --lights 32 if the command has that option"
+                             : ": has no supported light; place some with --lights 32 if the "
+                               "command has that option"));
     return loaded;
 }
 
@@ -315,6 +333,7 @@ void checkWritable(const std::string& path) {
     if (const std::string why = whyNotWritable(directory); !why.empty())
         throw Error(ErrorKind::kResource,
                     path + ": cannot be written into " + directory + ": " + why);
+    OutputFile{path}; // where the rights allow it, the file system may not; removed again
 }
 
 void checkExtension(const std::string& path, const std::vector<std::string>& extensions,

@@ -106,7 +106,7 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
 AssetProvenance assetProvenance(const LoadedScene& scene);
 
 /// Throws Error kResource unless a file can be created at `path`, so that long work does not fail
-/// at its end.
+/// at its end. Creates an unfinished file there and removes it.
 void checkWritable(const std::string& path);
 
 /// Throws Error kUsage unless the name of an output has one of the extensions. @param kinds says

@@ -100,7 +100,8 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                            const Experiment& experiment, const MethodOptions& method,
                            Backend backend, const Console& console)
-    : console_(console), method_(method), model_(method.makeModel()), experiment_(experiment) {
+    : console_(console), allowsStale_(options.allowStale), method_(method),
+      model_(method.makeModel()), experiment_(experiment) {
     if (!method.costs.empty()) {
         costs_ = readCostSource(method.costs, buildProvenance(backend));
         if (model_->needsCosts() && !costs_.table)
@@ -108,6 +109,14 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
                                                ": is a calibration for --model cost; --model "
                                                "oracle replays the costs.json of compare");
         giveCalibration(*model_, costs_);
+        if (model_->needsCosts()) {
+            std::vector<std::string> names;
+            for (uint32_t view = 0; view < experiment.viewCount; ++view)
+                names.push_back(
+                    sceneNames({sceneArgument}).front() +
+                    (experiment.viewCount > 1 ? " " + experiment.viewCamera(view) : ""));
+            requireCosts(*costs_.table, method.costs, names, experiment.frames);
+        }
     }
     const VoxelSource source{options.voxels, options.cache, options.allowStale};
     workspace_ = std::make_unique<Workspace>(
@@ -153,9 +162,13 @@ const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
                         "a margin of routes needs a sequence of frames, but model '" +
                             method_.model + "' measures each frame separately; drop one of them");
         renderer.reset();
-        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs,
-                                                  {sceneName(), frame, run_.frame.start})
-                                      : renderer.measureCosts(camera, run_.frame));
+        if (costs_.table)
+            model_->setCosts(
+                findCosts(*costs_.table, method_.costs, {sceneName(), frame, run_.frame.start},
+                          costConditions(workspace_->scene(), camera, experiment_, timeSeconds),
+                          allowsStale_, console_));
+        else
+            model_->setCosts(renderer.measureCosts(camera, run_.frame));
     }
     answers_ = pairResultsOf(areRoutesHeld ? renderer.render(camera, *model_, run_.frame)
                                            : renderFrom(renderer, camera, *model_, run_.frame),

@@ -77,6 +77,7 @@ public:
 
 private:
     const Console& console_;
+    bool allowsStale_; ///< costs
     MethodOptions method_;
     CostSource costs_;
     std::unique_ptr<CostModel> model_;

@@ -75,7 +75,8 @@ TEST(ExitMessage, TooManyOpenFilesAreAResourceErrorWhicheverLibraryReportsThem) 
           exitMessageOf(std::filesystem::filesystem_error(
               "report", std::make_error_code(std::errc::too_many_files_open_in_system)))}) {
         EXPECT_EQ(exit.status, int(ErrorKind::kResource));
-        EXPECT_THAT(exit.message, HasSubstr("ulimit -n"));
+        EXPECT_THAT(exit.message,
+                    HasSubstr("raise the limit of the shell (ulimit -n), or close some programs"));
         EXPECT_THAT(exit.message, Not(HasSubstr("disk space")));
     }
 }

@@ -142,7 +142,7 @@ TEST(CostFile, RecordsTheDeviceOfTheMeasurement) {
     other = cuda;
     other["device"] = "NVIDIA A100";
     CostTable table;
-    table[{"a", 0}] = {0, {{0, 0, 1, 2}}};
+    table[{"a", 0}] = {FrameCosts{0, {{0, 0, 1, 2}}}, {{"size", "1x1"}}};
     writeText(directory / "costs.json", jsonText(toJson(table, cuda, Json::object())));
     const CostSource here = readCostSource(directory / "costs.json", cuda);
     ASSERT_TRUE(here.table);

@@ -252,6 +252,45 @@ TEST(Compare, CostsReplayedGiveTheSameRoutes) {
     EXPECT_EQ(readText(directory / "a/lights.csv"), readText(directory / "b/lights.csv"));
 }
 
+TEST(Compare, CostsOfAnotherSceneSizeCameraOrLightsAreRefusedUnlessAllowed) {
+    const TemporaryDirectory directory;
+    const std::string scene = directory / "a.glb", costs = directory / "a/costs.json",
+                      png = directory / "a.png";
+    writeGlb(makeBuiltin("fail-unequal-ranges"), scene);
+    Arguments compare = tinyCompare(directory / "a", scene);
+    ASSERT_EQ(runShadowdag(directory, compare).status, 0);
+    const auto render = [&](const Arguments& more) {
+        Arguments all{"render", scene,     "-o",     png,       "--resolution",
+                      "64",     "--model", "oracle", "--costs", costs};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    };
+    const Arguments size = {"--size", "48x27"};
+    const ProgramResult same = runShadowdag(directory, render(size));
+    EXPECT_EQ(same.status, 0) << same.err;
+    EXPECT_THAT(same.err, testing::Not(HasSubstr("warning: " + costs)));
+    compare[3] = directory / "b";
+    compare.insert(compare.end(), {"--costs", costs, "--camera", "0,2,6,0,1,0"});
+    expectRefused(directory,
+                  {{render({"--size", "64x36"}), 2, "size \"48x27\" instead of \"64x36\""},
+                   {render({"--size", "48x27", "--camera", "0,2,6,0,1,0"}), 2, "camera_numbers"},
+                   {render({"--size", "48x27", "--lights", "5"}), 2, "lights -1 instead of 5"},
+                   {compare, 2, "camera_numbers"}});
+    const ProgramResult allowed =
+        runShadowdag(directory, render({"--size", "64x36", "--allow-stale"}));
+    EXPECT_EQ(allowed.status, 0) << allowed.err;
+    EXPECT_THAT(allowed.err, HasSubstr("used nevertheless"));
+    writeGlb(makeBuiltin("fail-contact"), scene);
+    expectRefused(directory, {{render(size), 2, "scene_hash"}});
+    // A file that cannot match is refused before the scene is read.
+    writeText(directory / "b.glb", "no scene");
+    Arguments other = render(size);
+    other[1] = directory / "b.glb";
+    expectRefused(directory, {{other, 2, "has no costs of b.glb frame 0"}});
+    compare[1] = other[1];
+    expectRefused(directory, {{compare, 2, "has no costs of b.glb frame 0"}});
+}
+
 TEST(Compare, AKilledRunLeavesNoPartialResultsAndIsResumed) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";

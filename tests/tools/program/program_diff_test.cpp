@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #if !defined(SDAG_SOURCE_DIR)
 #define SDAG_SOURCE_DIR "."
 #endif
@@ -46,6 +48,24 @@ TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
 }
 
+TEST(Diff, EndsWithFiveWhereAValueIsMissingAndWithTwoWhereItIsNone) {
+    const TemporaryDirectory directory;
+    Json results = Json::parse(readText(kAtrium));
+    results["runs"][3].erase("flip");
+    writeText(directory / "results.json", results.dump());
+    const ProgramResult lacking = runShadowdag(directory, {"diff", kAtrium, directory.path()});
+    EXPECT_EQ(lacking.status, 5);
+    EXPECT_THAT(lacking.out, HasSubstr(": flip\n"));
+    EXPECT_THAT(lacking.err, HasSubstr("0 rows and 1 values of other rows are missing"));
+    EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
+    results["runs"][3]["flip"] = "5";
+    writeText(directory / "results.json", results.dump());
+    expectRefused(directory, {{{"diff", kAtrium, directory.path()}, 2, "\"flip\" is \"5\""}});
+    results["map_costs"] = 7;
+    writeText(directory / "results.json", results.dump());
+    expectRefused(directory, {{{"diff", kAtrium, directory.path()}, 2, "\"map_costs\" is 7"}});
+}
+
 TEST(Diff, WritesAPageWithItsData) {
     const TemporaryDirectory directory;
     const Json worse = withMoreAcne();
@@ -65,10 +85,21 @@ TEST(Diff, WritesAPageWithItsData) {
                   {{{"diff", kAtrium, kAtrium, "-o", results}, 1, "is no earlier difference"},
                    {{"diff", kAtrium, kAtrium, "-o", text}, 1, "as F.html and F.json"}});
     EXPECT_EQ(readText(directory / "results.json"), worse.dump());
+    const std::string foreign = directory / "foreign.html";
+    writeText(foreign, "a page of another program");
+    expectRefused(directory, {{{"diff", kAtrium, kAtrium, "-o", foreign},
+                               1,
+                               "the page would replace " + foreign + ", which is no earlier"}});
+    EXPECT_EQ(readText(foreign), "a page of another program");
+    EXPECT_FALSE(std::filesystem::exists(directory / "foreign.json"));
     writeText(directory / "jinja2.py", "raise ModuleNotFoundError");
     setenv("PYTHONPATH", directory.path().c_str(), 1);
     expectRefused(directory, {{command, 1, "apt-get install python3-jinja2, or leave out -o"}});
     unsetenv("PYTHONPATH");
+    setenv("PYTHONHOME", directory.path().c_str(), 1);
+    expectRefused(directory,
+                  {{command, 1, "unset PYTHONHOME, which is '" + directory.path() + "'"}});
+    unsetenv("PYTHONHOME");
 }
 
 TEST(Diff, RefusesWhatCannotBeCompared) {

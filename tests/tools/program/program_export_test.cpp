@@ -121,6 +121,25 @@ TEST(Export, ReadingThatTakesTooLongIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+TEST(Export, ALackOfProcessesIsReportedAndNotBlamedOnTheGrid) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user, whose processes are counted apart";
+    const TemporaryDirectory directory;
+    std::filesystem::permissions(directory.path(), std::filesystem::perms::all);
+    const std::string grid = directory / "g.vdb", user = std::to_string(100'000 + getpid());
+    ProgramResult result;
+    // From less than the program's own threads to one too few.
+    for (int limit = 4; limit < 100 && result.err.find("start a process") == std::string::npos;
+         ++limit)
+        result = runShadowdag(directory, {"import", grid, "-o", directory / "a.svdag"},
+                              {"/usr/bin/setpriv", "--reuid=" + user, "--clear-groups",
+                               "/usr/bin/prlimit", "--nproc=" + std::to_string(limit)});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, HasSubstr("cannot start a process to read '" + grid +
+                                      "': Resource temporarily unavailable; raise the limits of "
+                                      "the shell (ulimit -u)"));
+}
+
 TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
     const TemporaryDirectory directory;
     const std::string asset = builtAsset(directory), grid = directory / "g.vdb";
@@ -145,7 +164,7 @@ TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
         {{"import", asset, "-o", out}, 1, ".vdb (OpenVDB) or .nvdb (NanoVDB)"},
         {{"import", directory / "none.vdb", "-o", out}, 2, "cannot be opened"},
         {{"import", directory / "broken.vdb", "-o", out}, 2, "broken.vdb"},
-        {{"import", directory / "broken.nvdb", "-o", out}, 2, "broken.nvdb"},
+        {{"import", directory / "broken.nvdb", "-o", out}, 2, "an OpenVDB file must be named .vdb"},
         {{"import", grid, "-o", out, "--grid", "smoke"}, 1, "no grid 'smoke'"},
         {{"import", grid, "-o", directory / "none/a.svdag"}, 3, "there is no directory"},
         {{"import", grid, "-o", out, "--gl-pages", "nonsense"}, 1, "use auto, sparse or atlas"},

@@ -253,6 +253,7 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
     std::filesystem::create_directories(directory / "empty");
     writeText(directory / "mine.json", "{\"title\": \"Mine\"}");
     writeText(directory / "page.html", "<p>mine</p>");
+    writeText(directory / "chart.png", "mine");
     std::filesystem::create_directories(directory / "folder.html");
     expectRefused(
         directory,
@@ -280,6 +281,9 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
          {{"fit", scene, "-o", directory / "page.json", "--no-charts"},
           1,
           "page.html: is a file that no fit wrote"},
+         {{"fit", scene, "-o", directory / "chart.json"},
+          1,
+          "chart.png: is a file that no fit wrote"},
          {{"fit", scene, "-o", directory / "folder.json"}, 3, "folder.html: is a directory"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"},
           1,

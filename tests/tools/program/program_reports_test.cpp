@@ -52,6 +52,22 @@ TEST(CompareReal, WritesPageTableJsonAndPictures) {
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
+// A module of another place in Python's path ends the package without a page.
+TEST(CompareReports, APageThatWasNotWrittenIsAnError) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    std::filesystem::create_directory(directory / "modules");
+    writeText(directory / "modules/jinja2.py", "raise SystemExit(0)\n");
+    const ProgramResult result =
+        runShadowdag(directory,
+                     {"compare", "builtin:fail-acne", "-o", report, "--size", "16x9", "--methods",
+                      "embree", "--repeats", "1", "--warmups", "0", "--no-charts"},
+                     {"/usr/bin/env", "PYTHONPATH=" + (directory / "modules")});
+    EXPECT_EQ(result.status, 3) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("ended without an error and without"));
+    EXPECT_FALSE(std::filesystem::exists(report + "/results.json"));
+}
+
 // Without the Python packages nothing is measured for charts that cannot be drawn; without charts
 // the data are written, and the missing packages are reported.
 TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {

@@ -75,6 +75,28 @@ TEST(Program, EverySubcommandHasHelp) {
     EXPECT_THAT(runShadowdag(directory, {"--version"}).out, HasSubstr("shadowdag 0."));
 }
 
+TEST(Program, ScenesWithNothingToLightOrOnlyDarkLightsAreRefused) {
+    const TemporaryDirectory directory;
+    const std::string flat = directory / "flat.glb", dark = directory / "dark.glb";
+    Scene scene = makeBuiltin("fail-contact");
+    for (LightSource& light : scene.lights)
+        light.intensity = 0;
+    writeGlb(scene, dark);
+    scene = makeBuiltin("fail-contact");
+    for (Mesh& mesh : scene.meshes)
+        for (glm::uvec3& triangle : mesh.triangles)
+            triangle.z = triangle.y;
+    writeGlb(scene, flat);
+    const std::string png = directory / "a.png";
+    expectRefused(directory,
+                  {{Arguments{"render", dark, "-o", png} + kSmall, 2, "all its lights are dark"},
+                   {Arguments{"render", flat, "-o", png} + kSmall, 2, "no triangle has an area"}});
+    EXPECT_EQ(
+        runShadowdag(directory, Arguments{"render", dark, "-o", png, "--lights", "3"} + kSmall)
+            .status,
+        0);
+}
+
 TEST(Program, UnknownCommandsAreRefused) {
     const TemporaryDirectory directory;
     for (const char* command : {"ray", "shade"}) {
@@ -96,12 +118,23 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     writeText(directory / "experiment.json",
               "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
     writeText(directory / "zero.json", "{\"a\\u0000b\": 1}");
+    writeText(directory / "empty.json",
+              R"({"scenes": ["builtin:atrium"], "methods": [], "thresholds": [], "models": []})");
+    writeText(directory / "unread.json",
+              R"({"scenes": ["builtin:atrium"], "methods": ["embree"], "thresholds": [],
+                  "models": [], "resolutions": [64]})");
+    writeText(directory / "unknown.json", R"({"scenes": ["builtin:nothing"]})");
+    writeText(directory / "utf16.json", std::string("\xff\xfe{\0}\0", 6));
+    std::filesystem::create_symlink("loop", directory / "loop");
     ASSERT_EQ(mkfifo((directory / "pipe.glb").c_str(), 0600), 0);
     const std::vector<Wrong> cases = {
         {{}, 1, "subcommand"},
         {{"rendr"}, 1, "rendr"},
         {{"render"}, 1, "required"},
         {{"render", kScene, "-o", exr, "--nonsense"}, 1, "--nonsense"},
+        {{"render", kScene, "-o", exr, "--size", "16x9", "--size", "8x8"},
+         1,
+         "--size is given 2 times, as '16x9', '8x8'; give it once"},
         {{"render", kScene, "-o", exr, "--size", "0x0"}, 1, "--size '0x0'"},
         {{"render", kScene, "-o", exr, "--size", "1000000x1000000"}, 1, "pixels at most"},
         {{"render", kScene, "-o", exr, "--resolution", "1000"}, 1, "the nearest are 512 and 1024"},
@@ -186,6 +219,8 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          3,
          "broken.svdag' is a file, not a folder"},
         {{"render", "builtin:nothing", "-o", exr}, 1, "nothing"},
+        {{"render", "builtin:fail_wires", "-o", exr}, 1, "did you mean builtin:fail-wires?"},
+        {{"render", "fail_wires", "-o", exr}, 2, "no such file; did you mean builtin:fail-wires?"},
         {{"render", "atrium", "-o", exr}, 2, "no such file; did you mean builtin:atrium?"},
         {{"render", "", "-o", exr}, 1, "SCENE is empty"},
         {{"render", directory / "broken.svdag", "-o", exr}, 1, "pass the asset as --voxels"},
@@ -226,6 +261,22 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
          2,
          "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "empty.json"},
+         2,
+         "empty.json: nothing to compare: \"methods\", \"thresholds\" and \"models\" select no "
+         "run"},
+        {{"compare", "-o", dir, "--experiment", directory / "unread.json"},
+         2,
+         "unread.json: key \"resolutions\" is for methods that trace rays"},
+        {{"compare", "-o", dir, "--experiment", directory / "unknown.json"},
+         2,
+         "unknown.json: there is no built-in scene 'nothing'"},
+        {{"compare", "-o", dir, "--experiment", directory / "utf16.json"},
+         2,
+         "utf16.json: is UTF-16; save it as UTF-8"},
+        {{"compare", kScene, "-o", directory / "loop", "--no-charts"},
+         3,
+         "loop: is a loop of symbolic links; remove them"},
         {{"compare", "-o", dir, "--experiment", directory / "zero.json"},
          2,
          "\"a\\u0000b\" contains a zero byte"},
@@ -239,6 +290,9 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"},
          2,
          "none.svdag': cannot be opened: No such file"},
+        {{"render", kScene, "-o", exr, "--voxels", directory / "broken.glb"},
+         2,
+         "broken.glb': is no voxel asset; give an asset of voxelize"},
         {{"render", kScene, "-o", exr, "--method", "hybrid", "--model", "expr: "},
          1,
          "is empty; give an expression"},
@@ -368,6 +422,32 @@ TEST(Program, ADeletedWorkingFolderIsRefusedBeforeTheWork) {
                          {"/bin/sh", "-c", "cd \"$0\" && rmdir \"$0\" && exec \"$@\"", gone});
         EXPECT_EQ(result.status, 3) << command[0];
         EXPECT_THAT(result.err, HasSubstr("it was deleted; choose another folder")) << command[0];
+    }
+}
+
+// Root has the rights to write into /proc, but no file can be created there.
+TEST(Program, APlaceWhereNoFileCanBeCreatedIsRefusedBeforeTheWork) {
+    const TemporaryDirectory directory;
+    const std::string none = directory / "none"; // an input, which is read later
+    writeText(directory / "a.json", "{}");
+    for (const Arguments& command :
+         {Arguments{"voxelize", none, "-o", "/proc/a.svdag"},
+          Arguments{"merge", none, "-o", "/proc/a.svdag"},
+          Arguments{"export", none + ".svdag", "-o", "/proc/a.vdb"},
+          Arguments{"import", none + ".vdb", "-o", "/proc/a.svdag"},
+          Arguments{"render", none, "-o", "/proc/a.png"},
+          Arguments{"diff", none, none, "-o", "/proc/a.html"},
+          Arguments{"calibrate", none, "-o", "/proc/a.json"},
+          Arguments{"fit", none, "-o", "/proc/a.json", "--max", "1", "--no-charts"},
+          Arguments{"rays", none, "-o", "/proc/a.rays"},
+          Arguments{"rays", none, "-o", "/proc", "--answer", none},
+          Arguments{"compare", kScene, "-o", "/proc", "--no-charts"},
+          Arguments{"study", "failures", "-o", "/proc"},
+          Arguments{"figures", directory / "a.json", "-o", "/proc"},
+          Arguments{"validate", none, "-o", "/proc"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 3) << command[0] << ": " << result.err;
+        EXPECT_THAT(result.err, HasSubstr("/proc")) << command[0];
     }
 }
 
@@ -664,6 +744,25 @@ TEST(Program, RenderTimesTheLastOfSeveralLapsAndWritesNothing) {
     }
     for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
         EXPECT_TRUE(entry.path().extension() != ".exr" && entry.path().extension() != ".png");
+}
+
+TEST(Program, ValidateReplacesOnlyItsOwnPictures) {
+    const TemporaryDirectory directory;
+    const Arguments validate = {"validate",         kScene,   "--method", "maps", "-o",
+                                directory / "maps", "--size", "32x18"};
+    std::filesystem::create_directory(directory / "maps");
+    writeText(directory / "maps/error.png", "mine");
+    expectRefused(directory, {{validate, 1, "contains error.png and not method.png"}});
+    EXPECT_EQ(readText(directory / "maps/error.png"), "mine");
+    std::filesystem::remove(directory / "maps/error.png");
+    EXPECT_EQ(runShadowdag(directory, validate).status, 0);
+    EXPECT_EQ(runShadowdag(directory, validate).status, 0); // over its own
+    // As a run leaves them that was killed before the last one, and before the last two.
+    for (const Arguments& absent : {Arguments{"errors.exr"}, {"error.png", "errors.exr"}}) {
+        for (const std::string& name : absent)
+            std::filesystem::remove(directory / ("maps/" + name));
+        EXPECT_EQ(runShadowdag(directory, validate).status, 0) << absent.size();
+    }
 }
 
 TEST(Program, EachOfSeveralViewsIsRenderedAndValidated) {

@@ -312,7 +312,7 @@ TEST(ProgramVariants, ASecondCompareInTheSameDirectoryIsRefused) {
     const pid_t child = startProgram(directory, arguments, directory / "out", directory / "err");
     while (!std::filesystem::exists(report + "/partial/journal.json"))
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    expectRefused(directory, {{arguments, 1, "another shadowdag is writing there"}});
+    expectRefused(directory, {{arguments, 3, "another shadowdag is writing there"}});
     EXPECT_EQ(waitForProgram(child), 0) << readText(directory / "err");
     EXPECT_TRUE(std::filesystem::exists(report + "/results.json"));
 }

@@ -46,6 +46,26 @@ TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
     }
 }
 
+TEST(Charts, TheirProgressIsReportedAndKeptOutOfTheText) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    std::vector<double> shares;
+    runReportPackage(kReportPackage, {"charts", directory / "r.json", "-o", directory / "charts"},
+                     [&](double share) { shares.push_back(share); });
+    EXPECT_GT(shares.size(), 8u); // more steps than charts
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_EQ(shares.front(), 0.0);
+    EXPECT_EQ(shares.back(), 1.0);
+    std::string text;
+    const std::string script = "printf 'a\\n\\0360.25\\nb\\n\\0360.5\\nc'; exit 7";
+    shares.clear();
+    EXPECT_EQ(runProgram({"/bin/sh", "-c", script}, &text,
+                         [&](double share) { shares.push_back(share); }),
+              7);
+    EXPECT_EQ(text, "a\nb\nc");
+    EXPECT_EQ(shares, (std::vector<double>{0.25, 0.5}));
+}
+
 // Two sizes of three scenes, one of which this program builds: six panels that say so.
 TEST(Charts, TheMainChartHasAPanelForEverySceneAndSize) {
     const TemporaryDirectory directory;

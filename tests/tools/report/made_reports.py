@@ -104,5 +104,6 @@ def made_diff(name="builtin:atrium, frame 0, maps"):
             "changes": [change("time_ms", 100.0, 80.0, "better", a_interval=[95.0, 104.0], b_interval=[78.0, 83.0]),
                         change("false_shadow_count", 10, 15, "worse"), change("acne_count", 0, 4, "worse"),
                         change("believes", "all", "none", "changed"), change("page_count", 50, 60, "changed")],
-            "only_in_a": [{"list": "runs", "row": name}], "only_in_b": [], "worse_count": 2, "better_count": 1,
+            "only_in_a": [{"list": "runs", "row": name}], "only_in_b": [],
+            "values_only_in_a": [{"list": "runs", "row": name, "key": "flip"}], "lost_value_count": 1, "worse_count": 2, "better_count": 1,
             "changed_count": 2, "uncertain_count": 0, "lost_row_count": 1}

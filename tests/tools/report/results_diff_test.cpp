@@ -168,6 +168,49 @@ TEST(ResultsDiff, RowsOfOneAloneAreListed) {
     EXPECT_EQ(diffOf(atrium, shorter, any)["lost_row_count"], 0);
 }
 
+TEST(ResultsDiff, ValuesThatTheSecondLacksAreListed) {
+    const Json atrium = committed("compare-atrium.json");
+    Json lesser = atrium;
+    for (Json& run : lesser["runs"]) {
+        run.erase("flip");
+        run.erase("time_ms");
+    }
+    const Json lost = diffOf(atrium, lesser), added = diffOf(lesser, atrium);
+    EXPECT_EQ(lost["lost_value_count"], 2 * atrium["runs"].size());
+    EXPECT_EQ(lost["lost_row_count"], 0);
+    EXPECT_THAT(diffText(lost), HasSubstr("only in a.json: runs, builtin:atrium, frame 0, " +
+                                          atrium["runs"][0]["label"].get<std::string>()));
+    EXPECT_THAT(diffText(lost), HasSubstr(": flip\n"));
+    EXPECT_EQ(added["lost_value_count"], 0);
+    DiffOptions any;
+    any.allowsExperiment = true;
+    EXPECT_EQ(diffOf(atrium, lesser, any)["lost_value_count"], 0);
+}
+
+TEST(ResultsDiff, ValuesOfAnotherTypeOrRangeAreRefusedWithTheirPlace) {
+    const Json atrium = committed("compare-atrium.json");
+    const std::string place = "b.json: \"runs\", row 'builtin:atrium, frame 0, ";
+    const auto refusalAfter = [&](const std::string& pointer, const Json& value) {
+        Json changed = atrium;
+        changed[Json::json_pointer(pointer)] = value;
+        return refusalOf(atrium, changed);
+    };
+    for (const char* key : {"flip", "false_shadow_count", "time_ms", "map_bytes", "time_ms_high"})
+        for (const Json& value : {Json(), Json("5"), Json(-5), Json(true), Json::array()}) {
+            SCOPED_TRACE(key + jsonText(value));
+            const std::string refusal = refusalAfter(std::string("/runs/1/") + key, value);
+            EXPECT_THAT(refusal, HasSubstr(place));
+            EXPECT_THAT(refusal, HasSubstr(std::string("\"") + key + "\" is " + value.dump()));
+        }
+    EXPECT_THAT(refusalAfter("/runs/1/time_ms", 1e9), HasSubstr("outside its interval"));
+    EXPECT_THAT(refusalAfter("/runs/1/stages_ms/shading", "1"), HasSubstr("\"shading\" is \"1\""));
+    for (const char* list : {"runs", "map_costs", "scenes", "sequence_runs"}) {
+        EXPECT_THAT(refusalAfter(std::string("/") + list, 7),
+                    HasSubstr(std::string("b.json: \"") + list + "\" is 7; it must be a list"));
+    }
+    EXPECT_THAT(refusalAfter("/runs/1", 7), HasSubstr("\"runs\" holds 7"));
+}
+
 TEST(ResultsDiff, OtherExperimentsScenesAndMachinesAreRefusedUnlessAllowed) {
     const Json base = measured(10, 9, 11, 0.97);
     const auto with = [&](const std::string& pointer, const Json& value) {

@@ -32,6 +32,13 @@ TEST(CameraText, IsReadAsWritten) {
     EXPECT_EQ(camera.zfar, again.zfar);
 }
 
+TEST(CameraText, TakesBlanksAroundItsNumbers) {
+    EXPECT_EQ(cameraText(cameraFromText(" 0, 1,\t5, 0 ,1, 0 ")),
+              cameraText(cameraFromText("0,1,5,0,1,0")));
+    EXPECT_THAT(cameraRefusal("0 1, 2, 3, 4, 5, 6"), HasSubstr("must be a number"));
+    EXPECT_THAT(cameraRefusal("0, , 3, 4, 5, 6"), HasSubstr("must be a number"));
+}
+
 // Squares of such distances are not floats.
 TEST(CameraText, ATargetMayBeAsNearAsFloatsAre) {
     for (const char* distance : {"1e-22", "3e-23", "1e-38"}) {

@@ -220,6 +220,16 @@ TEST(Experiment, ADirectoryOrAFileWithADuplicateKeyIsReportedByName) {
     EXPECT_THAT(message(path), HasSubstr("key \"repeats\" occurs twice"));
     writeText(path, "{\"repeats\": 1,\n  maps}");
     EXPECT_THAT(message(path), HasSubstr("is not JSON at line 2, column"));
+    for (const char* number : {"NaN", "-Infinity", "nan", "inf", "+inf"}) {
+        writeText(path, std::string("{\"fps\": ") + number + "}");
+        EXPECT_THAT(message(path), AllOf(HasSubstr("is not JSON at line 1, column"),
+                                         HasSubstr("JSON has no NaN and no Infinity")))
+            << number;
+    }
+    for (const std::string& start : {std::string("\xff\xfe{\0}\0", 6), std::string("\0{\0}", 4)}) {
+        writeText(path, start);
+        EXPECT_THAT(message(path), HasSubstr("e.json: is UTF-16; save it as UTF-8"));
+    }
     writeText(path, " \n");
     EXPECT_THAT(message(path), HasSubstr("is empty"));
     writeText(path, R"({"fps": 1e999})");

@@ -4,17 +4,20 @@
 #include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <utility>
 
 namespace shadowdag {
 
 TEST(CostFile, RoundTripsExactly) {
     const TemporaryDirectory directory;
     CostTable table;
-    table[{"a", 3}] = {3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
+    table[{"a", 3}] = FrameCosts{3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
     table[{"a", 3}].degradeDivisor = 1.4142135;
     table[{"a", 3}].wholeFrame = Route::kMap;
-    table[{"a", 3, FrameStart::kWarm}] = {3, {{1, 0, 0.1, 0.5}}};
+    table[{"a", 3, FrameStart::kWarm}] = FrameCosts{3, {{1, 0, 0.1, 0.5}}};
     writeText(directory / "c.json", jsonText(toJson(table)));
     const CostTable back = readCosts(directory / "c.json");
     const FrameCosts& costs = findCosts(back, "c.json", {"a", 3});
@@ -33,12 +36,53 @@ TEST(CostFile, RoundTripsExactly) {
 TEST(CostFile, OneLightMayHaveSeveralMaps) {
     const TemporaryDirectory directory;
     CostTable table;
-    table[{"a", 0}] = {0, {{4, 6, 1, 2}, {4, 7, 3, 4}, {5, 2, 5, 6}}};
+    table[{"a", 0}] = FrameCosts{0, {{4, 6, 1, 2}, {4, 7, 3, 4}, {5, 2, 5, 6}}};
     writeText(directory / "c.json", jsonText(toJson(table)));
     const FrameCosts back = readCosts(directory / "c.json").begin()->second;
     ASSERT_EQ(back.maps.size(), 3u);
     EXPECT_EQ(back.maps[1].octave, 7u);
     EXPECT_EQ(back.maps[1].mapMs, 4);
+}
+
+TEST(CostFile, CostsOfOtherConditionsAreRefusedUnlessStaleOnesAreAllowed) {
+    const TemporaryDirectory directory;
+    const Json of = {{"scene_hash", "h"}, {"size", "32x18"}, {"lights", 5}, {"light_seed", 1}};
+    CostTable table;
+    table[{"a", 0}] = {FrameCosts{0, {{0, 0, 1, 2}}}, of};
+    table[{"b", 0}] = FrameCosts{0, {{0, 0, 1, 2}}};
+    writeText(directory / "c.json", jsonText(toJson(table)));
+    const CostTable back = readCosts(directory / "c.json");
+    std::string notes;
+    const Console console(Console::Listener{[&](const std::string& note) { notes += note; }, {}});
+    const auto refusalOf = [&](const char* scene, const Json& here, bool allowStale) {
+        try {
+            findCosts(back, "c.json", {scene, 0}, here, allowStale, console);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(refusalOf("a", of, false), "");
+    for (const auto& [key, value] :
+         {std::pair("scene_hash", Json("g")), std::pair("size", Json("64x36")),
+          std::pair("lights", Json(6)), std::pair("light_seed", Json(2))}) {
+        Json here = of;
+        here[key] = value;
+        EXPECT_THAT(refusalOf("a", here, false),
+                    testing::HasSubstr("c.json: its costs of a frame 0, cold were measured with " +
+                                       std::string(key) + " " + of[key].dump() + " instead of " +
+                                       value.dump()));
+        EXPECT_EQ(notes, "");
+        EXPECT_EQ(refusalOf("a", here, true), "");
+        EXPECT_THAT(std::exchange(notes, ""), testing::HasSubstr("used nevertheless"));
+        EXPECT_EQ(refusalOf("b", here, false), "") << "an older file";
+    }
+    CostSource source = readCostSource(directory / "c.json", Json::object());
+    EXPECT_THAT(remarksOn(source, {}),
+                testing::ElementsAre(testing::HasSubstr("does not say of which geometry")));
+    source.table->erase({"b", 0});
+    EXPECT_THAT(remarksOn(source, {}), testing::IsEmpty());
 }
 
 TEST(CostFile, BrokenFilesAreInputErrors) {
@@ -50,7 +94,10 @@ TEST(CostFile, BrokenFilesAreInputErrors) {
           "-1, \"map_ms\": 0}]}]}",
           "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 2, \"rays_ms\": 1, "
           "\"map_ms\": 0},"
-          "{\"light\": 1, \"rays_ms\": 1, \"map_ms\": 0}]}]}"}) {
+          "{\"light\": 1, \"rays_ms\": 1, \"map_ms\": 0}]}]}",
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": []}, {\"scene\": \"a\", "
+          "\"frame\": 0, \"maps\": []}]}",
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [], \"of\": 7}]}"}) {
         writeText(path, text);
         try {
             readCosts(path);

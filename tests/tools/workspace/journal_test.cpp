@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
+#include "tools/workspace/image_io.h"
 
 #include <gtest/gtest.h>
 
@@ -78,8 +79,8 @@ TEST(Journal, PartsWithoutTheirPicturesAreMeasuredAgain) {
     const TemporaryDirectory directory;
     const std::string path = directory / "j.json";
     std::filesystem::create_directory(directory / "images");
-    writeText(directory / "images/a.png", "a");
-    writeText(directory / "images/b.png", "b");
+    for (const char* name : {"images/a.png", "images/b.png"})
+        writePng(directory / name, 1, 1, {glm::vec3(1)});
     {
         Journal journal(path, "key", false);
         journal.set("compare", {{"run", {{"images", {{"color", "images/a.png"}}}}}});
@@ -95,6 +96,13 @@ TEST(Journal, PartsWithoutTheirPicturesAreMeasuredAgain) {
         EXPECT_EQ(journal.find("study"), nullptr);
         EXPECT_NE(journal.find("compare"), nullptr);
     }
+    const std::string whole = readText(directory / "images/a.png");
+    for (const std::string& cut : {std::string(), whole.substr(0, whole.size() - 1)}) {
+        writeText(directory / "images/a.png", cut);
+        EXPECT_EQ(Journal(path, "key", true).lostCount(), 2u);
+    }
+    writeText(directory / "images/a.png", whole);
+    EXPECT_EQ(Journal(path, "key", true).lostCount(), 1u);
     std::filesystem::remove_all(directory / "images");
     EXPECT_EQ(Journal(path, "key", true).find("compare"), nullptr);
 }

@@ -2,14 +2,15 @@
 #include "tools/workspace/report_directory.h"
 
 #include "cuda/error.h"
+#include "tests/tools/other_user.h"
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json_file.h"
 
 #include <gtest/gtest.h>
 
-#include <grp.h>
-#include <sys/wait.h>
 #include <unistd.h>
+
+#include <functional>
 
 namespace shadowdag {
 namespace {
@@ -39,7 +40,8 @@ TEST(ReportDirectory, FilesThatAreReplacedKeepTheirPermissions) {
     namespace fs = std::filesystem;
     const TemporaryDirectory directory;
     const std::string path = directory / "results.json";
-    const std::string report = R"({"provenance": {}, "experiment": {}, "runs": []})";
+    const std::string report =
+        R"({"provenance": {}, "experiment": {}, "runs": [], "picture": "images/a.png"})";
     writeText(path, report);
     fs::permissions(path, fs::perms(0600));
     const std::string images = directory / "images", picture = images + "/a.png";
@@ -79,22 +81,10 @@ TEST(ReportDirectory, AFolderThatCannotBeReplacedIsRefusedBeforeTheWork) {
     for (const std::string& path : {report, images, report + "/results.json"})
         ASSERT_EQ(chown(path.c_str(), 65534, 65534), 0);
     const auto refusal = [&](uid_t user) {
-        const std::string file = directory / "refusal";
-        fs::remove(file);
-        const pid_t child = fork();
-        if (child == 0) {
-            if (setgroups(0, nullptr) != 0 || setgid(user) != 0 || setuid(user) != 0)
-                _exit(1);
-            try {
-                const ReportDirectory held(report, false, false);
-                writeText(file, "");
-            } catch (const std::exception& error) {
-                writeText(file, error.what());
-            }
-            _exit(0);
-        }
-        waitpid(child, nullptr, 0);
-        return readText(file);
+        return asUser(user, {user}, [&] {
+            const ReportDirectory held(report, false, false);
+            return std::string();
+        });
     };
     EXPECT_EQ(refusal(65534), "");
     fs::permissions(images, fs::perms(0555));
@@ -110,7 +100,8 @@ TEST(ReportDirectory, AFolderThatCannotBeReplacedIsRefusedBeforeTheWork) {
 TEST(ReportDirectory, AFolderGetsItsPermissionsAfterItHasMoved) {
     namespace fs = std::filesystem;
     const TemporaryDirectory directory;
-    writeText(directory / "results.json", R"({"provenance": {}, "experiment": {}, "runs": []})");
+    writeText(directory / "results.json",
+              R"({"provenance": {}, "experiment": {}, "runs": ["a.png"]})");
     fs::create_directory(directory / "images");
     writeText(directory / "images/a.png", "old");
     {
@@ -122,6 +113,48 @@ TEST(ReportDirectory, AFolderGetsItsPermissionsAfterItHasMoved) {
     }
     EXPECT_EQ(readText(directory / "images/a.png"), "new");
     EXPECT_EQ(fs::status(directory / "images").permissions(), fs::perms(02750));
+}
+
+// Beside unfinished work, in a report's folders, and where they come during the run.
+TEST(ReportDirectory, FilesOfOthersAreNotReplaced) {
+    namespace fs = std::filesystem;
+    const std::string report = R"({"provenance": {}, "experiment": {}, "runs": ["images/a.png"]})";
+    const auto refusal = [](const std::function<void()>& act) -> std::string {
+        try {
+            act();
+        } catch (const Error& error) {
+            return error.kind() == ErrorKind::kUsage ? error.what() : "another kind";
+        }
+        return "";
+    };
+    for (const std::string name :
+         {"index.html", "results.json", "images/a.jpg", "charts/mine.txt", "images/deep/b.png"}) {
+        for (const bool isResumed : {true, false}) {
+            const TemporaryDirectory directory;
+            const auto prepare = [&] {
+                static_cast<void>(prepareDirectory(directory.path(), isResumed, false));
+            };
+            if (isResumed) {
+                fs::create_directories(directory / "partial/images");
+                writeText(directory / "partial/journal.json", R"({"key": {}, "parts": {"a": {}}})");
+            } else if (name.find('/') != std::string::npos) {
+                fs::create_directory(directory / "images");
+                writeText(directory / "results.json", report);
+                writeText(directory / "images/a.png", "ours");
+            }
+            EXPECT_EQ(refusal(prepare), "");
+            fs::create_directories(fs::path(directory / name).parent_path());
+            writeText(directory / name, "{\"mine\": 1}");
+            EXPECT_NE(refusal(prepare).find("which shadowdag did not write"), std::string::npos)
+                << name << ", " << isResumed;
+            writeText(directory / "partial/results.json", report);
+            EXPECT_NE(refusal([&] { swapReport(directory.path()); }).find("did not write"),
+                      std::string::npos)
+                << name;
+            EXPECT_EQ(readText(directory / name), "{\"mine\": 1}");
+            EXPECT_TRUE(fs::exists(directory / "partial/results.json"));
+        }
+    }
 }
 
 TEST(ReportDirectory, ADamagedReportIsNotCalledForeign) {
@@ -168,11 +201,34 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
         ADD_FAILURE();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kResource);
-        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3809 bytes"),
+        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3819 bytes"),
                   std::string::npos)
             << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(directory / std::string(100, 'a')));
+}
+
+TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
+    const auto refusal = [](const std::string& path) {
+        try {
+            createDirectory(path);
+            return std::string("no error");
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            return std::string(error.what());
+        }
+    };
+    // Root has the rights, but the system creates no file there.
+    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/probe" : "cannot be"),
+              std::string::npos)
+        << refusal("/proc");
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    std::filesystem::permissions(directory.path(), std::filesystem::perms(0755));
+    EXPECT_EQ(asNobody([&] { return refusal(directory.path()); }),
+              directory.path() + ": cannot be written into: it belongs to another user and is not "
+                                 "writable for this one; choose another folder");
 }
 
 } // namespace

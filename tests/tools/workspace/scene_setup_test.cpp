@@ -54,9 +54,11 @@ TEST(CachedDag, ACacheThatCannotBeMadeIsReportedWithItsReason) {
     const Console console(
         Console::Listener{[&](const std::string& text) { notes.push_back(text); }, {}});
     std::filesystem::create_symlink("nowhere", directory / "link");
+    std::filesystem::create_symlink("loop", directory / "loop");
     writeText(directory / "file", "");
     for (const auto& [cache, reason] :
          {std::pair{"link", "link: is a symbolic link that leads nowhere; "},
+          std::pair{"loop", "loop: is a loop of symbolic links; "},
           std::pair{"file", "file: is not a directory; "},
           std::pair{"file/cache", "file' is a file, not a folder; "}}) {
         VoxelSource source;

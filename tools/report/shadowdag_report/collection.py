@@ -27,7 +27,19 @@ class Charts:
         """options: as savefig has them, of all charts"""
         self.directory, self.options = directory, options
         self.entries = []
+        self.done = self.total = 0
         os.makedirs(directory, exist_ok=True)
+
+    def expect(self, count):
+        """Says how many steps there are; each is ended by step()."""
+        self.done, self.total = -1, count
+        self.step()
+
+    def step(self):
+        """Tells the program that started this how far it is, if it asks for that."""
+        self.done += 1
+        if os.environ.get("SHADOWDAG_PROGRESS"):
+            print(f"\x1e{self.done / max(1, self.total):.4f}", flush=True)
 
     def save(self, figure, name, title, caption, **more):
         """more: further keys of the entry in charts.json"""

@@ -65,6 +65,33 @@ def voxels_table(rows):
     return lines
 
 
+def kernel_name(name):
+    """Returns the short name of a kernel: of one of all passes the pass, of CUB's its algorithm."""
+    shared = re.search(r"(?:parallelFor|shareParts)Kernel<[^,]*, (?:\w+::)*(\w+)>", name)
+    if shared:
+        return shared[1]
+    plain = re.search(r"(?:^|[ :])(\w+?)(?:Kernel)?(<[^<>(]*>)?(?:<.*)?\(", name)
+    return re.sub(r"\w+::", "", plain[1] + (plain[2] or "")) if plain else name.split("(")[0]
+
+
+def kernels_table(profiles, most=8):
+    """Returns the lines of the table of the kernels that take most of a warm frame."""
+    lines = ["| scene | method | kernel | launches | µs | memory, % | occupancy, % | active lanes |",
+             "|---|---|---|" + "---:|" * 5]
+    for profile in profiles:
+        kernels = profile["kernels"]
+        for row in kernels[:most]:
+            lines.append("| {} | {} | `{}` | {} | {:.0f} | {:.0f} | {:.0f} | {:.1f} |".format(
+                profile["scene"], METHODS[profile["method"]], kernel_name(row["kernel"]), row["launches"], row["us"],
+                row["memory_percent"], row["occupancy_percent"], row["active_lanes"]))
+        rest = kernels[most:]
+        if rest:
+            lines.append("| {} | {} | {} others | {} | {:.0f} | | | |".format(
+                profile["scene"], METHODS[profile["method"]], len(rest), sum(row["launches"] for row in rest),
+                sum(row["us"] for row in rest)))
+    return lines
+
+
 def text_of(results):
     """Returns everything between the markers."""
     steps = results["steps"]
@@ -79,6 +106,9 @@ def text_of(results):
              "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
              f'Million rays a second of the whole device at {results["rays"][0]["resolution"]}^3. Ours are the bits of the CPU; of NanoVDB\'s at most 0.5 % may differ:', "",
              *rays_table(results["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
+    if results.get("profiles"):
+        lines += ["Kernels of one warm frame, measured one by one by ncu: their throughput of device memory, the warps that an SM "
+                  "has of those that fit, and the lanes of 32 that work:", "", *kernels_table(results["profiles"]), ""]
     return "\n".join(lines) + "\n"
 
 

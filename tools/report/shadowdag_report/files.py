@@ -7,6 +7,7 @@ import glob
 import json
 import os
 import re
+import struct
 
 
 class Refused(Exception):
@@ -68,13 +69,23 @@ def attributes_of(path):
 
 
 def give_attributes(path, mode, owner, group, access_list):
-    """Gives them to another file, by the same rules: nobody gets more rights than before."""
+    """Gives them to another file, by the same rules: nobody but this user gets more rights than before."""
     has_group = is_done(os.chown, path, owner, group) or is_done(os.chown, path, -1, group)
     is_listed = has_group and access_list is not None and is_done(os.setxattr, path, ACCESS_LIST, access_list)
     if not is_listed:
         is_done(os.removexattr, path, ACCESS_LIST)
-    is_same = has_group and (is_listed or access_list is None)
-    os.chmod(path, mode if is_same else mode & ~0o070 | (mode & 0o007) << 3)
+    if not has_group or not (is_listed or access_list is None):
+        rights = rights_of_all(mode, access_list or b"")
+        mode = mode & 0o700 | rights << 3 | rights
+    os.chmod(path, mode)
+
+
+def rights_of_all(mode, access_list):
+    """Returns the rights, 0 to 7, that the owner, the group, all others and every entry of a list have."""
+    rights = mode >> 6 & mode >> 3 & mode & 7
+    for entry in struct.iter_unpack("<HHI", access_list[4:]):  # the kind, the rights, whose; after the version
+        rights &= entry[1]
+    return rights
 
 
 def is_done(call, *arguments):
@@ -97,7 +108,7 @@ def written(path):
     old = attributes_of(path)
     if old is not None and not old[0] & 0o222:
         raise PermissionError(errno.EACCES, "it is read-only", path)
-    if old is not None and not os.access(path, os.W_OK):
+    if old is not None and not os.access(path, os.W_OK, effective_ids=True):
         raise PermissionError(errno.EACCES, "this user may not write it", path)
     try:
         with open(part, "wb", opener=lambda name, flags: os.open(name, flags, 0o666 if old is None else 0o600)) as file:

@@ -20,24 +20,25 @@ def draw(paths, directory, mixed=False):
     charts = Charts(directory)
     scenes = list(dict.fromkeys(run["scene"] for run in all_runs))
     merged = {scene: over_frames([r for r in all_runs if r["scene"] == scene]) for scene in scenes}
+    steps = []  # of every scene, one after the other for each chart
     for scene in scenes:  # runs with names have a separate chart
-        variants_chart(charts, scene, [r for r in merged[scene] if r["parameters"].get("variant")])
+        named = [r for r in merged[scene] if r["parameters"].get("variant")]
         merged[scene] = [r for r in merged[scene] if not r["parameters"].get("variant")]
-    for scene in scenes:
-        speed_accuracy(charts, scene, merged[scene], experiment)
+        steps.append((variants_chart, scene, named))
+    steps += [(speed_accuracy, scene, merged[scene], experiment) for scene in scenes]
     for scene in scenes:
         runs, costs = merged[scene], [c for c in all_costs if c["scene"] == scene]
-        over_threshold(charts, scene, runs, experiment)
-        per_map(charts, scene, costs, "texels", "required face resolution (texels)", "per_map_texels",
-                "Time of a map by both methods over its resolution")
-        per_map(charts, scene, costs, "samples", "samples served", "per_map_samples",
-                "Time of a map by both methods over its samples")
-        bytes_chart(charts, scene, runs)
-        stages_chart(charts, scene, runs)
-        resolution_chart(charts, scene, runs)
-        lod_chart(charts, scene, runs)
-        believe_chart(charts, scene, runs)
-        histogram_chart(charts, scene, runs, experiment)
+        steps += [(over_threshold, scene, runs, experiment),
+                  (per_map, scene, costs, "texels", "required face resolution (texels)", "per_map_texels",
+                   "Time of a map by both methods over its resolution"),
+                  (per_map, scene, costs, "samples", "samples served", "per_map_samples",
+                   "Time of a map by both methods over its samples")]
+        steps += [(chart, scene, runs) for chart in (bytes_chart, stages_chart, resolution_chart, lod_chart, believe_chart)]
+        steps.append((histogram_chart, scene, runs, experiment))
+    charts.expect(len(steps))
+    for chart, *arguments in steps:
+        chart(charts, *arguments)
+        charts.step()
     charts.finish()
 
 

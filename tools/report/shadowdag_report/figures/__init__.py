@@ -27,6 +27,7 @@ def draw(paths, directory, numbers=None, mixed=False):
     scenes, provenance, experiment, summaries = load(paths, mixed)
     figures = Figures(directory, provenance, experiment)
     left_out = []
+    figures.charts.expect(len(scenes) * len(set(numbers or FIGURES)))
     for scene, rows in scenes.items():
         sequence = Sequence(scene, rows, summaries)
         for number in sorted(set(numbers or FIGURES)):
@@ -35,6 +36,7 @@ def draw(paths, directory, numbers=None, mixed=False):
             except Missing as what:
                 plt.close("all")
                 missing = str(what)
+            figures.charts.step()
             if missing and numbers:
                 raise Refused(f"figure {number} of {scene} needs {missing}, which the results lack; measure them with "
                               "compare --sequence --variants")

@@ -94,8 +94,10 @@ def content(diff, file):
     only = [(f"Only in {side.upper()}: {text(diff[side])}",
              [[words(r["list"]), words(r["row"])] for r in diff[f"only_in_{side}"]])
             for side in "ab" if diff[f"only_in_{side}"]]
+    lacking = [[words(r["list"]), words(r["row"]), words(r["key"])] for r in diff["values_only_in_a"]]
     return {"title": "What changed between two results", "diff": diff, "file": file, "plots": plots,
             "headings": HEADINGS, "rows": rows, "row_ids": [row_id(i) for i in range(len(rows))], "only": only,
+            "lacking": lacking[:MOST_CHANGES], "lacking_left_out": max(0, len(lacking) - MOST_CHANGES),
             "left_out": left_out,
             "counts": [[words(verdict), count(diff[verdict + "_count"])] for verdict in VERDICTS]}
 
