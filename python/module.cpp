@@ -8,7 +8,7 @@
 #include "python/errors.h"
 #include "python/frame_object.h"
 #include "python/scene_object.h"
-#include "scenes/gltf.h"
+#include "scenes/scene_folder.h"
 #include "tools/settings/provenance.h"
 
 PYBIND11_MODULE(_native, scope) {

@@ -177,7 +177,8 @@ void addScene(py::module_& scope) {
              "by Embree: bool, (n,). Arguments as Dag.occluded has them.");
     scope.def("load", &load, py::arg("scene"), py::arg("lights") = -1, py::arg("light_seed") = 1,
               py::arg("backend") = "auto", py::arg("cache") = "", py::arg("progress") = py::none(),
-              "Returns the Scene of a .glb or .gltf file or of builtin:NAME.\n\nlights: replaces "
+              "Returns the Scene of a .glb or .gltf file, one that Assimp reads, or "
+              "builtin:NAME.\n\nlights: replaces "
               "all lights by this many, placed by light_seed; -1: its own.\nbackend: auto, cpu or "
               "cuda.\ncache: directory of built assets; '': voxels are kept in memory alone.\n"
               "Raises UsageError for an unknown built-in scene or backend, InputError for a file "

@@ -4,7 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin_stage.h"
 #include "scenes/fail_scenes.h"
-#include "scenes/gltf.h"
+#include "scenes/scene_file.h"
 
 #include <cctype>
 #include <filesystem>
@@ -87,7 +87,7 @@ Scene loadScene(const std::string& sceneArgument) {
     requireScene(sceneArgument);
     return sceneArgument.starts_with(kBuiltinPrefix)
                ? makeBuiltin(sceneArgument.substr(kBuiltinPrefix.size()))
-               : readGltf(sceneArgument);
+               : readSceneFile(sceneArgument);
 }
 
 void requireScene(const std::string& sceneArgument) {
@@ -97,7 +97,7 @@ void requireScene(const std::string& sceneArgument) {
     }
     if (sceneArgument.empty())
         throw Error(ErrorKind::kUsage,
-                    "SCENE is empty; name a .glb or .gltf file, or builtin:NAME");
+                    "SCENE is empty; name a scene's file, such as .glb, or builtin:NAME");
     if (sceneArgument.ends_with(".svdag"))
         throw Error(ErrorKind::kUsage, "SCENE '" + sceneArgument +
                                            "': is a voxel asset, not a scene; name the scene that "

@@ -23,8 +23,8 @@ std::vector<BuiltinInfo> builtinScenes();
 /// for an unknown name, listing the known ones.
 Scene makeBuiltin(const std::string& name);
 
-/// Returns the scene of the command line's SCENE: `builtin:NAME`, or a .glb/.gltf file. Throws as
-/// makeBuiltin and readGltf do.
+/// Returns the scene of the command line's SCENE: `builtin:NAME`, or a scene's file. Throws as
+/// makeBuiltin and readSceneFile do.
 Scene loadScene(const std::string& sceneArgument);
 
 /// Throws as loadScene does for a SCENE that cannot be a scene: an unknown built-in one, a missing

@@ -7,7 +7,7 @@
 
 #include "cuda/error.h"
 #include "scenes/camera.h"
-#include "scenes/gltf.h"
+#include "scenes/scene_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,14 +40,18 @@ std::string shortText(double value) {
 
 class SceneReader {
 public:
-    explicit SceneReader(const std::string& path)
-        : document_(gltf::loadDocument(path)), accessors_(document_) {}
+    SceneReader(const std::string& path, GltfSource source)
+        : document_(gltf::loadDocument(path, std::move(source.bytes))), accessors_(document_) {
+        document_.opacityMaps = std::move(source.opacityMaps);
+        scene_.warnings = std::move(source.warnings);
+    }
 
     Scene read() {
         scene_.name = std::filesystem::path(document_.path).stem().string();
         readMaterials();
         for (size_t i = 0; i < model().meshes.size(); ++i)
             readMesh(i);
+        scene_.skins = gltf::readSkins(document_, accessors_);
         readLights();
         readCameras();
         readNodes();
@@ -94,6 +98,9 @@ private:
                   const std::vector<uint32_t>& used, const std::string& place,
                   std::vector<glm::vec2>& uv);
     void readMesh(size_t index);
+    void readDeformation(size_t node);
+    void checkWeights(const std::vector<double>& weights, size_t targetCount,
+                      const std::string& place, std::vector<float>& out) const;
     void readLights();
     void readCameras();
     void readNodes();
@@ -107,16 +114,20 @@ private:
     gltf::MaterialTextures textures_;
     Scene scene_;
     std::vector<int> cameraOf_; // model camera to scene camera; kNone for orthographic ones
+    std::vector<uint32_t> jointCountOf_; // by mesh: the joints that a skin of it needs
 
     // What was ignored.
     uint64_t orthographicCount_ = 0, lineAndPointCount_ = 0, noPositionCount_ = 0;
-    uint64_t morphCount_ = 0, channelCount_ = 0, translucentCount_ = 0, instancingCount_ = 0;
+    uint64_t channelCount_ = 0, translucentCount_ = 0, instancingCount_ = 0;
     uint64_t incompleteCount_ = 0, noUvCount_ = 0, noTextureUvCount_ = 0, vertexAlphaCount_ = 0;
 };
 
 void SceneReader::readMaterials() {
     masks_ = gltf::readMaterialMasks(document_, accessors_, scene_.alphaMasks);
     textures_ = gltf::readBaseColorTextures(document_, accessors_, scene_.textures);
+    for (const OpacityMap& map : document_.opacityMaps)
+        if (map.texture >= 0 && size_t(map.texture) < textures_.isTextureUsed.size())
+            textures_.isTextureUsed[size_t(map.texture)] = 1;
     scene_.materials.emplace_back(); // 0: primitives without a material
     for (size_t i = 0; i < model().materials.size(); ++i) {
         const tinygltf::Material& source = model().materials[i];
@@ -217,6 +228,7 @@ void SceneReader::readMesh(size_t index) {
         int accessor;
         int uvAccessor;                   // kNone: no material needs one yet
         const gltf::UvMapping* uvMapping; // of that material
+        gltf::DeformAccessors deform;
         std::vector<glm::uvec3> triangles;
         std::vector<size_t> slots; // where each goes in the mesh
     };
@@ -227,8 +239,6 @@ void SceneReader::readMesh(size_t index) {
         const std::string place = numbered("meshes/", index) + numbered("/primitives/", p);
         if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
             fail(document_, place, "mode " + std::to_string(primitive.mode) + " does not exist");
-        if (!primitive.targets.empty())
-            ++morphCount_;
         if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
             ++lineAndPointCount_;
             continue;
@@ -271,13 +281,23 @@ void SceneReader::readMesh(size_t index) {
         const gltf::UvMapping* mapping = uv == kNone ? nullptr : uvMappingOf(primitive.material);
         if (uv != kNone)
             isUvNeeded = true;
+        const gltf::DeformAccessors deform = gltf::readDeformAccessors(document_, primitive, place);
+        if (!groups.empty() && groups.front().deform.targets.size() != deform.targets.size())
+            fail(document_, place,
+                 "has " + std::to_string(deform.targets.size()) +
+                     " morph targets, another primitive of its mesh has " +
+                     std::to_string(groups.front().deform.targets.size()));
+        if (!groups.empty() && groups.front().deform.joints.empty() != deform.joints.empty())
+            fail(document_, place,
+                 "has or lacks JOINTS_0 unlike another primitive of its mesh; a skin needs it of "
+                 "all");
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
-            return g.accessor == position->second &&
+            return g.accessor == position->second && g.deform == deform &&
                    (uv == kNone || g.uvAccessor == kNone ||
                     (g.uvAccessor == uv && g.uvMapping->uvFromAuthored == mapping->uvFromAuthored));
         });
         if (group == groups.end()) {
-            groups.push_back({position->second, kNone, nullptr, {}, {}});
+            groups.push_back({position->second, kNone, nullptr, deform, {}, {}});
             group = groups.end() - 1;
         }
         if (uv != kNone) {
@@ -296,6 +316,14 @@ void SceneReader::readMesh(size_t index) {
         }
     }
 
+    for (const Group& group : groups) {
+        mesh.jointsPerVertex =
+            std::max(mesh.jointsPerVertex, uint32_t(4 * group.deform.joints.size()));
+        mesh.morphTargets.resize(group.deform.targets.size());
+    }
+    mesh.morphWeights.assign(mesh.morphTargets.size(), 0.0f);
+    checkWeights(source.weights, mesh.morphTargets.size(), numbered("meshes/", index) + "/weights",
+                 mesh.morphWeights);
     mesh.triangles.resize(mesh.triangleMaterial.size());
     for (Group& group : groups) {
         const std::vector<glm::vec3>& positions =
@@ -312,6 +340,8 @@ void SceneReader::readMesh(size_t index) {
         if (isUvNeeded)
             appendUv(group.uvAccessor, group.uvMapping, positions.size(), used,
                      numbered("meshes/", index) + " (texture coordinates)", mesh.uv);
+        gltf::appendDeformation(document_, accessors_, group.deform, positions.size(), used,
+                                numbered("meshes/", index), mesh);
         const bool areAllUsed = used.size() == positions.size();
         const auto compacted = [&](uint32_t v) {
             if (areAllUsed)
@@ -323,7 +353,54 @@ void SceneReader::readMesh(size_t index) {
             mesh.triangles[group.slots[i]] = {compacted(t.x), compacted(t.y), compacted(t.z)};
         }
     }
+    uint32_t jointCount = 0;
+    for (const JointWeight& joint : mesh.jointWeights)
+        jointCount = std::max(jointCount, joint.joint + 1);
+    jointCountOf_.push_back(jointCount);
     scene_.meshes.push_back(std::move(mesh));
+}
+
+// Sets weights of morph targets, if the file states them.
+void SceneReader::checkWeights(const std::vector<double>& weights, size_t targetCount,
+                               const std::string& place, std::vector<float>& out) const {
+    if (weights.empty() || targetCount == 0)
+        return;
+    if (weights.size() != targetCount)
+        fail(document_, place,
+             std::to_string(weights.size()) + " weights for " + std::to_string(targetCount) +
+                 " morph targets");
+    out.clear();
+    for (const double weight : weights)
+        out.push_back(checkedFloat(weight, place));
+}
+
+// Reads what deforms the mesh of a node.
+void SceneReader::readDeformation(size_t index) {
+    const tinygltf::Node& source = model().nodes[index];
+    const std::string place = numbered("nodes/", index);
+    Node& node = scene_.nodes[index];
+    if (node.mesh == kNone)
+        return;
+    const Mesh& mesh = scene_.meshes[size_t(node.mesh)];
+    checkWeights(source.weights, mesh.morphTargets.size(), place + "/weights", node.morphWeights);
+    if (source.skin == -1 || mesh.triangles.empty())
+        return;
+    if (source.skin < 0 || size_t(source.skin) >= scene_.skins.size())
+        fail(document_, place + "/skin",
+             "refers to skin " + std::to_string(source.skin) + " of " +
+                 std::to_string(scene_.skins.size()));
+    const size_t jointCount = scene_.skins[size_t(source.skin)].joints.size();
+    if (mesh.jointsPerVertex == 0)
+        fail(document_, place + "/skin",
+             "mesh " + std::to_string(node.mesh) +
+                 " has no JOINTS_0 and WEIGHTS_0, by which it would follow the joints; export it "
+                 "with them, or without the skin");
+    if (jointCountOf_[size_t(node.mesh)] > jointCount)
+        fail(document_, place + "/skin",
+             "mesh " + std::to_string(node.mesh) + " refers to joint " +
+                 std::to_string(jointCountOf_[size_t(node.mesh)] - 1) + " of skin " +
+                 std::to_string(source.skin) + ", which has " + std::to_string(jointCount));
+    node.skin = source.skin;
 }
 
 void SceneReader::readLights() {
@@ -447,6 +524,7 @@ void SceneReader::readNodes() {
 
         if (source.mesh != -1)
             node.mesh = checkIndex(source.mesh, model().meshes.size(), place + "/mesh", "mesh");
+        readDeformation(i);
         if (source.camera != -1)
             node.camera = cameraOf_[size_t(
                 checkIndex(source.camera, cameraOf_.size(), place + "/camera", "camera"))];
@@ -538,7 +616,9 @@ void SceneReader::readAnimation(size_t index) {
             channel.path = AnimationChannel::Path::kRotation;
         } else if (from.target_path == "scale") {
             channel.path = AnimationChannel::Path::kScale;
-        } else { // weights of morph targets, or an extension's pointer
+        } else if (from.target_path == "weights") {
+            channel.path = AnimationChannel::Path::kMorphWeight;
+        } else { // an extension's pointer
             ++channelCount_;
             continue;
         }
@@ -554,7 +634,15 @@ void SceneReader::readAnimation(size_t index) {
             fail(document_, place,
                  "refers to sampler " + std::to_string(from.sampler) + " of " +
                      std::to_string(source.samplers.size()));
-        if (scene_.nodes[size_t(from.target_node)].local.hasMatrix)
+        const Node& node = scene_.nodes[size_t(from.target_node)];
+        const bool isWeight = channel.path == AnimationChannel::Path::kMorphWeight;
+        const size_t targetCount =
+            node.mesh == kNone ? 0 : scene_.meshes[size_t(node.mesh)].morphTargets.size();
+        if (isWeight && targetCount == 0) {
+            ++channelCount_;
+            continue;
+        }
+        if (node.local.hasMatrix && !isWeight)
             fail(
                 document_, place,
                 "moves node " + std::to_string(from.target_node) +
@@ -576,17 +664,28 @@ void SceneReader::readAnimation(size_t index) {
                      "key " + std::to_string(i) + " at " + std::to_string(channel.times[i]) +
                          " s; times must ascend from 0 or later");
         const bool isRotation = channel.path == AnimationChannel::Path::kRotation;
-        const int componentCount = isRotation ? 4 : 3;
+        const int componentCount = isRotation ? 4 : isWeight ? 1 : 3;
         const std::vector<float> values =
             accessors_.readFloats(sampler.output, componentCount, place + "/output");
         const bool isCubic = channel.interpolation == AnimationChannel::Interpolation::kCubicSpline;
-        const size_t expected = channel.times.size() * (isCubic ? 3 : 1);
+        const size_t expected =
+            channel.times.size() * (isCubic ? 3 : 1) * (isWeight ? targetCount : 1);
         if (values.size() != expected * size_t(componentCount))
             fail(document_, place + "/output",
                  std::to_string(values.size() / size_t(componentCount)) + " values for " +
                      std::to_string(channel.times.size()) + " keys; " + std::to_string(expected) +
                      " are needed");
         accessors_.charge(expected * sizeof(glm::vec4), place);
+        if (isWeight) { // of each key, or tangent of one, those of all targets
+            for (size_t target = 0; target < targetCount; ++target) {
+                accessors_.charge(channel.times.size() * sizeof(float), place);
+                AnimationChannel& one = animation.channels.emplace_back(channel);
+                one.morphTarget = uint32_t(target);
+                for (size_t i = target; i < expected; i += targetCount)
+                    one.values.emplace_back(checkedFloat(values[i], place + "/output"), 0, 0, 0);
+            }
+            continue;
+        }
         channel.values.resize(expected);
         for (size_t i = 0; i < expected; ++i)
             for (int k = 0; k < componentCount; ++k)
@@ -607,14 +706,17 @@ void SceneReader::writeWarnings() {
     warn(noPositionCount_, "primitives without positions ignored.");
     warn(incompleteCount_, "primitives end in an incomplete triangle, which is left out.");
     warn(orthographicCount_, "orthographic cameras ignored: only perspective ones are supported.");
-    warn(model().skins.size(), "skins ignored: skinned meshes stay in rest pose.");
-    warn(morphCount_, "primitives with morph targets stay in rest pose.");
     warn(channelCount_,
-         "animation channels ignored: only translation, rotation and scale of nodes move.");
+         "animation channels ignored: only translation, rotation and scale of nodes move, and "
+         "weights of morph targets.");
     warn(instancingCount_, "nodes with EXT_mesh_gpu_instancing show their mesh once only.");
     warn(translucentCount_, "translucent materials taken as opaque.");
     warn(masks_.unreadableCount,
          "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
+    warn(masks_.unusedAlphaCount,
+         "materials taken as opaque although their colour images have transparent texels: the file "
+         "does not say that these cut them out; name the image as their opacity map, too, or "
+         "convert the scene to glTF with alphaMode MASK.");
     warn(noUvCount_, "primitives with a masked material have no texture coordinates: the texel at "
                      "(0, 0) is used for all of them.");
     warn(noTextureUvCount_, "primitives with a base colour texture have no texture coordinates: "
@@ -634,8 +736,12 @@ void SceneReader::writeWarnings() {
 } // namespace
 
 Scene readGltf(const std::string& path) {
+    return readGltf(path, {readSceneBytes(path), {}, {}});
+}
+
+Scene readGltf(const std::string& path, GltfSource source) {
     try {
-        return SceneReader(path).read();
+        return SceneReader(path, std::move(source)).read();
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, path + ": not enough memory to read the scene");
     }

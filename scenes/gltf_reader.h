@@ -3,7 +3,7 @@
 // every bound checked. Included by gltf_reader*.cpp only, the files that use tinygltf.
 #pragma once
 
-#include "scenes/scene.h"
+#include "scenes/gltf.h"
 
 #include <glm/glm.hpp>
 #include <tiny_gltf.h>
@@ -22,6 +22,7 @@ namespace shadowdag::gltf {
 struct Document {
     std::string path;
     tinygltf::Model model;
+    std::vector<OpacityMap> opacityMaps;        ///< one a material; empty: a glTF file has none
     uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
     uint64_t surplusBytes = 0;                  ///< of a .glb after the length that it states
@@ -31,19 +32,21 @@ struct Document {
 constexpr const char* kMeshoptCompression = "EXT_meshopt_compression";
 constexpr const char* kDracoCompression = "KHR_draco_mesh_compression";
 
-/// Reads a .glb or .gltf (distinguished by content) and the buffers it refers to. Compressed
+/// Parses a .glb or .gltf (distinguished by content) and reads the buffers it refers to. Compressed
 /// geometry is unpacked. Images within the
 /// text are kept as Image::image, undecoded; others are not read. Throws Error kInput for a file
 /// that is not glTF 2.0, is truncated, requires an unsupported extension, or nests or counts beyond
 /// any reasonable limit.
-Document loadDocument(const std::string& path);
+/// @param path names the file and its folder; `bytes` are its content
+Document loadDocument(const std::string& path, std::vector<uint8_t> bytes);
 
 /// Unpacks the buffer views of EXT_meshopt_compression: each is then one of a buffer of its own.
 /// Throws Error kInput for a view that cannot be unpacked.
 void unpackMeshopt(Document& document);
 
-/// Unpacks the primitives of KHR_draco_mesh_compression: indices, positions and texture coordinates
-/// become accessors, in buffers of their own. Throws Error kInput for one that cannot be unpacked.
+/// Unpacks the primitives of KHR_draco_mesh_compression: indices, positions, texture coordinates,
+/// joints and their weights become accessors, in buffers of their own. Throws Error kInput for one
+/// that cannot be unpacked.
 void unpackDraco(Document& document);
 
 /// Returns an object's member that is a whole number from 0 to 2^53, or `otherwise` if it has none
@@ -134,6 +137,9 @@ struct TextureUse {
 /// kInput for what does not exist.
 std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material);
 
+/// Returns the same of its opacity map.
+std::optional<TextureUse> readOpacityUse(const Document& document, size_t material);
+
 /// The bytes of an image as stored in its file.
 struct ImageBytes {
     const uint8_t* data = nullptr;
@@ -158,10 +164,12 @@ struct MaterialMask {
 struct MaterialMasks {
     std::vector<MaterialMask> materials; ///< one a material of the document
     uint64_t unreadableCount = 0;        ///< masks taken as opaque: neither PNG nor JPEG
+    uint64_t unusedAlphaCount = 0;       ///< opaque materials whose colours have alpha
 };
 
 /// Appends the masks of all materials of alphaMode MASK to `masks`, equal ones once, and returns
-/// which material has which. Images are decoded one at a time. Throws Error kInput naming the image
+/// which material has which: by the alpha of its base colour texture or by its opacity map. Images
+/// are decoded one at a time. Throws Error kInput naming the image
 /// that is missing or damaged.
 MaterialMasks readMaterialMasks(const Document& document, AccessorReader& accessors,
                                 std::vector<AlphaMask>& masks);
@@ -185,5 +193,29 @@ struct MaterialTextures {
 /// Error kInput for a material that refers to what does not exist.
 MaterialTextures readBaseColorTextures(const Document& document, const AccessorReader& accessors,
                                        TextureSet& textures);
+
+/// The accessors that deform the vertices of a primitive.
+struct DeformAccessors {
+    std::vector<int> joints, weights; ///< of each set of four joints
+    std::vector<int> targets;         ///< displacements; kNone: a target without any
+    bool operator==(const DeformAccessors&) const = default;
+};
+
+/// Returns those of a primitive; joints only if the document has skins. Throws Error kInput where
+/// sets of joints and of weights do not pair.
+DeformAccessors readDeformAccessors(const Document& document, const tinygltf::Primitive& primitive,
+                                    const std::string& place);
+
+/// Appends joints, their weights and displacements of the vertices in use to a mesh, whose
+/// jointsPerVertex and count of morph targets are set. A vertex without weights follows the first
+/// joint. Throws Error kInput for values that no joint or weight can have.
+/// @param vertexCount of the primitive's accessors
+void appendDeformation(const Document& document, AccessorReader& accessors,
+                       const DeformAccessors& from, size_t vertexCount,
+                       const std::vector<uint32_t>& used, const std::string& place, Mesh& mesh);
+
+/// Returns all skins. Throws Error kInput for a joint that does not exist and for matrices that
+/// place nothing.
+std::vector<Skin> readSkins(const Document& document, AccessorReader& accessors);
 
 } // namespace shadowdag::gltf

@@ -40,8 +40,10 @@ int vectorComponentCount(int type) {
         return 3;
     case TINYGLTF_TYPE_VEC4:
         return 4;
+    case TINYGLTF_TYPE_MAT4: // in floats alone, whose columns need no padding
+        return 16;
     default:
-        return 0; // matrices: only skins use them, and skins stay in rest pose
+        return 0;
     }
 }
 

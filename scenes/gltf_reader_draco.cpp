@@ -36,6 +36,14 @@ int componentTypeOf(draco::DataType type) {
     }
 }
 
+/// Returns the components of a primitive's attribute; 0 for those that are not read.
+int componentCountOf(const std::string& attribute) {
+    return attribute == "POSITION"                                                 ? 3
+           : attribute.starts_with("TEXCOORD_")                                    ? 2
+           : attribute.starts_with("JOINTS_") || attribute.starts_with("WEIGHTS_") ? 4
+                                                                                   : 0;
+}
+
 /// Unpacks the primitives of one document; streams that several use are unpacked once.
 class DracoUnpacker {
 public:
@@ -48,7 +56,7 @@ public:
         if (!ids.IsObject() || !ids.Has("POSITION"))
             fail(document_, place, "'attributes' has no POSITION");
         for (const std::string& name : ids.Keys())
-            if (name == "POSITION" || name.starts_with("TEXCOORD_")) // others are not read
+            if (componentCountOf(name) > 0)
                 primitive.attributes[name] =
                     attributeOf(view, wholeNumber(document_, ids, name.c_str(), place), name,
                                 primitive.attributes, place);
@@ -121,8 +129,10 @@ private:
         if (from == nullptr)
             fail(document_, place, "its Draco stream has no attribute " + std::to_string(id));
         tinygltf::Accessor accessor;
-        accessor.type = name == "POSITION" ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC2;
-        const int count = name == "POSITION" ? 3 : 2;
+        const int count = componentCountOf(name);
+        accessor.type = count == 2   ? TINYGLTF_TYPE_VEC2
+                        : count == 3 ? TINYGLTF_TYPE_VEC3
+                                     : TINYGLTF_TYPE_VEC4;
         accessor.componentType = componentTypeOf(from->data_type());
         if (from->num_components() != count || accessor.componentType == 0)
             fail(document_, place,

@@ -66,15 +66,11 @@ void readTransform(const Document& document, const tinygltf::TextureInfo& info,
     }
 }
 
-} // namespace
-
-std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material) {
+std::optional<TextureUse> readUse(const Document& document, const tinygltf::TextureInfo& info,
+                                  const std::string& where) {
     const tinygltf::Model& model = document.model;
-    const tinygltf::TextureInfo& info =
-        model.materials[material].pbrMetallicRoughness.baseColorTexture;
     if (info.index == -1)
         return std::nullopt;
-    const std::string where = "materials/" + std::to_string(material) + "/baseColorTexture";
     const auto check = [&](int i, size_t count, const char* kind) {
         if (i < 0 || size_t(i) >= count)
             fail(document, where,
@@ -100,6 +96,29 @@ std::optional<TextureUse> readBaseColorUse(const Document& document, size_t mate
              std::to_string(info.texCoord) + " is no set of coordinates");
     use.uv.texCoord = info.texCoord;
     readTransform(document, info, where, use.uv);
+    return use;
+}
+
+} // namespace
+
+std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material) {
+    return readUse(document,
+                   document.model.materials[material].pbrMetallicRoughness.baseColorTexture,
+                   "materials/" + std::to_string(material) + "/baseColorTexture");
+}
+
+std::optional<TextureUse> readOpacityUse(const Document& document, size_t material) {
+    if (material >= document.opacityMaps.size())
+        return std::nullopt;
+    const OpacityMap& map = document.opacityMaps[material];
+    tinygltf::TextureInfo info;
+    info.index = map.texture;
+    info.texCoord = int(map.texCoord);
+    std::optional<TextureUse> use =
+        readUse(document, info, "materials/" + std::to_string(material) + " (opacity map)");
+    if (use)
+        use->uv.uvFromAuthored = glm::dmat3(map.uvScale.x, 0.0, 0.0, 0.0, map.uvScale.y, 0.0,
+                                            map.uvOffset.x, map.uvOffset.y, 1.0);
     return use;
 }
 

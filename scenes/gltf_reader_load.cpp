@@ -3,14 +3,14 @@
 #include "scenes/gltf_reader_screen.h"
 
 #include "cuda/error.h"
-#include "scenes/gltf.h"
 #include "scenes/input_file.h"
 #include "scenes/json_text.h"
 #include "scenes/printable.h"
+#include "scenes/scene_folder.h"
+#include "scenes/scene_kind.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -24,8 +24,6 @@ namespace shadowdag::gltf {
 
 namespace {
 
-// The most that a binary glTF file can say of itself; no buffer beside a file is larger either.
-constexpr uint64_t kMaxFileBytes = 0xffffffffu;
 // A file may refer to a buffer file more than once, but not multiply its size.
 constexpr int kMaxReadsOfOneFile = 4;
 
@@ -51,13 +49,6 @@ template <class List, class Name> bool contains(const List& list, const Name& na
     return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-std::string lowerCaseExtension(const std::string& path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return extension;
-}
-
 // The compressions of geometry that other tools undo, with their commands.
 constexpr std::array<std::pair<const char*, const char*>, 1> kCompressions = {{
     {"KHR_meshopt_compression", "gltfpack -noq -i IN.glb -o OUT.glb (1.0 or later)"},
@@ -72,85 +63,20 @@ std::string unsupported(const std::string& name) {
     return "the extension '" + name + "', which is not supported; export it without";
 }
 
-std::string baseFolderOf(const std::string& path) {
-    const std::string folder = std::filesystem::path(path).parent_path().string();
-    return folder.empty() ? "." : folder;
-}
-
 // The callbacks by which tinygltf reaches files: buffers beside the document only.
 struct FileAccess {
-    std::string documentPath;
-    std::string baseFolder = baseFolderOf(documentPath);
-    std::map<std::string, std::vector<uint64_t>> byteLengths = {}; // of its buffers, in order
-    std::map<std::string, int> readCounts = {};
+    explicit FileAccess(const std::string& documentPath) : folder(documentPath) {}
+    SceneFolder folder;
+    std::map<std::string, std::vector<uint64_t>> byteLengths; // of its buffers, in order
+    std::map<std::string, int> readCounts;
     uint64_t bytes = 0;
 };
-
-std::atomic<bool> isOutsideAllowed = false;
-
-// Returns why a path below the base folder, as tinygltf joins them, is not read: the URI holds a
-// zero byte, at which the system would end the name, is an address, or leads out of the folder: it
-// is absolute, contains "..", or is or passes a symbolic link to elsewhere. "" if it is read.
-std::string refusalOf(const FileAccess& access, const std::string& path) {
-    if (path.find('\0') != std::string::npos)
-        return "its name contains a zero byte; rename the file";
-    const std::string& base = access.baseFolder;
-    const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
-    if (uri.find("://") != std::string::npos)
-        return "is an address, and nothing is fetched from the network; put the file beside the "
-               "one that names it, and change its uri";
-    if (isOutsideAllowed)
-        return "";
-    const std::filesystem::path relative(uri), parent("..");
-    std::error_code error;
-    bool leadsOut = relative.is_absolute() || contains(relative, parent);
-    if (!leadsOut && std::filesystem::exists(path, error)) {
-        const std::filesystem::path folder = std::filesystem::canonical(base, error);
-        std::filesystem::path file;
-        if (!error)
-            file = std::filesystem::canonical(path, error);
-        // From one to the other without a step up, or the links cannot be followed.
-        leadsOut = error || contains(file.lexically_relative(folder), parent);
-    }
-    return leadsOut ? "is outside the file's folder; put it beside the file, or allow other places "
-                      "with --allow-outside"
-                    : "";
-}
-
-// Returns the path of a file whose joined path this is: an absolute URI replaces the folder.
-std::string filePathOf(const FileAccess& access, const std::string& path) {
-    const std::string& base = access.baseFolder;
-    const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
-    return std::filesystem::path(uri).is_absolute() ? uri : path;
-}
-
-// Returns why a file beside the document is missing where the document is a link, whose own folder
-// is searched; "" if it is none.
-std::string whyMissingBesideLink(const FileAccess& access) {
-    std::error_code error;
-    const std::filesystem::path target = std::filesystem::read_symlink(access.documentPath, error);
-    return error ? ""
-                 : "no such file; '" + access.documentPath + "' is a link to '" + target.string() +
-                       "', and files are read from the folder of the link: give the file itself";
-}
-
-// Returns why a file beside the document is not read; "" if it is.
-std::string whyNoFile(const FileAccess& access, const std::string& filePath) {
-    std::error_code error;
-    if (std::filesystem::exists(filePath, error))
-        return whyNoInput(filePath, kMaxFileBytes);
-    if (error)
-        return "cannot be opened: " + error.message();
-    const std::string why = whyMissingBesideLink(access);
-    return why.empty() ? "no such file; put it beside the file that names it" : why;
-}
 
 bool bufferExists(const std::string& path, void* userData) {
     // tinygltf also looks into the working folder, where a file of the same name would be another
     // one.
     const FileAccess& access = *static_cast<FileAccess*>(userData);
-    const std::string& base = access.baseFolder;
-    if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
+    if (!path.starts_with(access.folder.join("")))
         return false;
     if (access.byteLengths.contains(path))
         return true; // readBuffer reports what is wrong with a buffer
@@ -160,13 +86,13 @@ bool bufferExists(const std::string& path, void* userData) {
                                            ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
         return false;
-    if (!refusalOf(access, path).empty())
+    if (!access.folder.refusalOf(path).empty())
         return true; // readBuffer then reports why it is refused
-    const std::string filePath = filePathOf(access, path);
+    const std::string filePath = access.folder.filePathOf(path);
     std::error_code error;
     if (!std::filesystem::exists(filePath, error))
-        return !whyMissingBesideLink(access).empty(); // which readBuffer reports
-    return whyNoInput(filePath, kMaxFileBytes).empty();
+        return !access.folder.whyMissingBesideLink().empty(); // which readBuffer reports
+    return whyNoInput(filePath, kMaxSceneFileBytes).empty();
 }
 
 std::string sameFilePath(const std::string& path, void*) {
@@ -176,7 +102,7 @@ std::string sameFilePath(const std::string& path, void*) {
 bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
                 void* userData) {
     FileAccess& access = *static_cast<FileAccess*>(userData);
-    if (const std::string refusal = refusalOf(access, path); !refusal.empty()) {
+    if (const std::string refusal = access.folder.refusalOf(path); !refusal.empty()) {
         *error = refusal;
         return false;
     }
@@ -185,8 +111,8 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
         return false;
     }
     std::error_code sizeError;
-    const std::string filePath = filePathOf(access, path);
-    if (const std::string why = whyNoFile(access, filePath); !why.empty()) {
+    const std::string filePath = access.folder.filePathOf(path);
+    if (const std::string why = access.folder.whyNoFile(filePath); !why.empty()) {
         *error = why;
         return false;
     }
@@ -271,8 +197,7 @@ std::string decodeUri(const std::string& uri) {
 
 // Returns the path of a URI, as tinygltf joins it.
 std::string pathBeside(const FileAccess& access, const std::string& uri) {
-    const bool isRoot = access.baseFolder.back() == '/';
-    return access.baseFolder + (isRoot ? "" : "/") + decodeUri(uri);
+    return access.folder.join(decodeUri(uri));
 }
 
 uint32_t loadUint32(const std::vector<unsigned char>& bytes, size_t offset) {
@@ -284,55 +209,6 @@ struct GlbLayout {
     uint32_t jsonBytes = 0;
     uint32_t binaryBytes = 0;
 };
-
-// The kind of a file that is not glTF, by how it begins.
-struct OtherKind {
-    const char* name;
-    const char* begin; // its first bytes; "": known by its extension
-    const char* extension;
-    bool isConvertible; // to glTF, by the tools that the message names
-};
-
-constexpr OtherKind kOtherKinds[] = {
-    {"a PLY file", "ply\n", ".ply", true},
-    {"a PLY file", "ply\r", ".ply", true},
-    {"an FBX file", "Kaydara FBX Binary", ".fbx", true},
-    {"an FBX file", "; FBX", ".fbx", true},
-    {"an STL file", "solid ", ".stl", true},
-    {"a Blender file", "BLENDER", ".blend", true},
-    {"a USD file", "PXR-USDC", ".usdc", true},
-    {"a USD file", "#usda", ".usda", true},
-    {"an XML file, such as COLLADA", "<?xml", ".dae", true},
-    {"an OBJ file", "", ".obj", true},
-    {"an STL file", "", ".stl", true},
-    {"a material library of an OBJ file", "", ".mtl", false},
-    {"a ZIP archive; unpack it and name the .glb or .gltf inside", "PK\3\4", ".zip", false},
-    {"compressed by gzip; unpack it first", "\x1f\x8b", ".gz", false},
-};
-
-// Throws for a file that is not JSON: names its kind and says how to convert it.
-void refuseOtherKinds(const Document& document, const std::vector<unsigned char>& bytes) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
-    if (first != std::string_view::npos && text[first] == '{')
-        return; // JSON, if anything
-    if (first != std::string_view::npos && text[first] == '[')
-        throw Error(ErrorKind::kInput, document.path +
-                                           " starts with a JSON list; a glTF file is a JSON "
-                                           "object; name a .glb or .gltf file");
-    if (const std::string why = whyNoUtf8(text.substr(0, 2)); !why.empty())
-        throw Error(ErrorKind::kInput, document.path + ": " + why);
-    const std::string extension = lowerCaseExtension(document.path);
-    const std::string convert = "; convert it: import it into Blender and export glTF 2.0, or "
-                                "assimp export FILE OUT.glb";
-    for (const OtherKind& kind : kOtherKinds)
-        if (*kind.begin != 0 ? text.starts_with(kind.begin) : extension == kind.extension)
-            throw Error(ErrorKind::kInput, document.path + ": not glTF but " + kind.name +
-                                               (kind.isConvertible ? convert : ""));
-    throw Error(ErrorKind::kInput, document.path +
-                                       ": neither JSON nor binary glTF; name a .glb or .gltf "
-                                       "file, or convert the scene to one in Blender");
-}
 
 // Source: glTF 2.0, sec. 4.4. tinygltf's own check of the second chunk ignores its header.
 GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& bytes) {
@@ -366,25 +242,6 @@ GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& b
              "its header is cut short after " + std::to_string(length - jsonEnd) + " bytes");
     }
     return layout;
-}
-
-std::vector<uint8_t> readWhole(const Document& document) {
-    std::error_code error;
-    const std::filesystem::path path(document.path);
-    if (!std::filesystem::exists(path, error))
-        throw Error(ErrorKind::kInput, document.path + ": " +
-                                           (error ? error.message() : "no such file") +
-                                           "; check the name");
-    if (!std::filesystem::is_regular_file(path, error))
-        throw Error(ErrorKind::kInput,
-                    document.path + ": not a regular file; name a .glb or .gltf");
-    std::string why;
-    auto bytes = readInputBytes(document.path, {kMaxFileBytes}, why);
-    if (!bytes)
-        throw Error(ErrorKind::kInput, document.path + ": " + why + "; name a .glb or .gltf file");
-    if (bytes->empty())
-        throw Error(ErrorKind::kInput, document.path + ": the file is empty");
-    return std::move(*bytes);
 }
 
 void checkExtensions(Document& document) {
@@ -434,7 +291,7 @@ void fail(const Document& document, const std::string& place, const std::string&
 
 std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
                                 const std::string& place) {
-    FileAccess access{document.path};
+    FileAccess access(document.path);
     const std::string path = pathBeside(access, uri);
     std::vector<uint8_t> bytes;
     std::string error;
@@ -443,10 +300,9 @@ std::vector<uint8_t> readBeside(const Document& document, const std::string& uri
     fail(document, place, error);
 }
 
-Document loadDocument(const std::string& path) {
+Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     Document document;
     document.path = path;
-    std::vector<unsigned char> bytes = readWhole(document);
     document.inputBytes = bytes.size();
     JsonSummary summary;
     struct {
@@ -469,11 +325,12 @@ Document loadDocument(const std::string& path) {
                  std::to_string(bufferCount) + " buffers over a BIN chunk of " +
                      std::to_string(layout.binaryBytes) + " bytes; one is meant to use it");
     } else {
-        refuseOtherKinds(document, bytes);
+        if (const std::optional<SceneKind> other = otherKindOf(path, bytes))
+            refuseKind(path, *other, bytes);
         summary = screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
     }
 
-    FileAccess access{path};
+    FileAccess access(path);
     for (const JsonSummary::Buffer& buffer : summary.buffers)
         if (!buffer.uri.empty() && !buffer.uri.starts_with("data:"))
             access.byteLengths[pathBeside(access, buffer.uri)].push_back(buffer.byteLength);
@@ -485,10 +342,10 @@ Document loadDocument(const std::string& path) {
     try {
         isLoaded =
             isGlb ? loader.LoadBinaryFromMemory(&document.model, &error, &warning, bytes.data(),
-                                                unsigned(bytes.size()), access.baseFolder)
+                                                unsigned(bytes.size()), access.folder.path())
                   : loader.LoadASCIIFromString(&document.model, &error, &warning,
                                                reinterpret_cast<const char*>(bytes.data()),
-                                               unsigned(bytes.size()), access.baseFolder);
+                                               unsigned(bytes.size()), access.folder.path());
     } catch (const Error&) { // of readBuffer
         throw;
     } catch (const std::bad_alloc&) {
@@ -524,7 +381,3 @@ Document loadDocument(const std::string& path) {
 }
 
 } // namespace shadowdag::gltf
-
-void shadowdag::allowOutsideFiles(bool isAllowed) {
-    gltf::isOutsideAllowed = isAllowed;
-}

@@ -3,6 +3,8 @@
 // 2.0, sec. 3.9.4 (alpha coverage).
 #include "scenes/gltf_reader.h"
 
+#include "cuda/error.h"
+#include "scenes/color_image.h"
 #include "scenes/png_alpha.h"
 
 #include <algorithm>
@@ -20,12 +22,22 @@ struct MaskSource {
     int image; ///< -1: no texture
     MaskWrap wrapU = MaskWrap::kRepeat, wrapV = MaskWrap::kRepeat;
     double factor, cutoff;
+    bool mayBeGrey = false; ///< OpacityMap::mayBeGrey
 
     /// Alpha is compared as a float, so that decimal factors equal the same decimal cutoffs.
     bool isOpaque(uint8_t alpha) const {
         return float(factor * double(alpha) / 255.0) >= float(cutoff);
     }
 };
+
+/// Source: ITU-R BT.601, sec. 2.5.1 (luminance); exact for greys.
+AlphaImage luminanceOf(const ColorImage& image) {
+    AlphaImage grey{image.width, image.height, {}};
+    for (size_t i = 0; i < image.rgb.size(); i += 3)
+        grey.alpha.push_back(uint8_t(
+            (299u * image.rgb[i] + 587u * image.rgb[i + 1] + 114u * image.rgb[i + 2]) / 1000u));
+    return grey;
+}
 
 class MaskReader {
 public:
@@ -37,6 +49,8 @@ public:
         for (size_t i = 0; i < model().materials.size(); ++i)
             if (model().materials[i].alphaMode == "MASK")
                 readMaterial(i);
+            else if (!document_.opacityMaps.empty())
+                result_.unusedAlphaCount += hasTransparentTexels(i);
         // By image, so that each is decoded once and only one is in memory at a time.
         std::stable_sort(
             sources_.begin(), sources_.end(),
@@ -53,6 +67,8 @@ public:
 private:
     const tinygltf::Model& model() const { return document_.model; }
     void readMaterial(size_t index);
+    bool hasTransparentTexels(size_t material);
+    bool isTransparent(int image) const;
     void makeMasks(size_t first, size_t end);
     int addMask(AlphaMask mask);
 
@@ -60,6 +76,7 @@ private:
     AccessorReader& accessors_;
     std::vector<AlphaMask>& masks_;
     std::vector<MaskSource> sources_;
+    std::map<int, bool> isImageTransparent_;
     MaterialMasks result_;
 };
 
@@ -74,7 +91,11 @@ void MaskReader::readMaterial(size_t index) {
     if (!(std::fabs(from.factor) <= kMaxMagnitude) || !(std::fabs(from.cutoff) <= kMaxMagnitude))
         fail(document_, place, "alpha factor or cutoff is not a number within 1e30");
 
-    const std::optional<TextureUse> use = readBaseColorUse(document_, index);
+    std::optional<TextureUse> use = readOpacityUse(document_, index);
+    if (use)
+        from.mayBeGrey = document_.opacityMaps[index].mayBeGrey != 0;
+    else
+        use = readBaseColorUse(document_, index);
     if (!use) {
         sources_.push_back(from);
         return;
@@ -91,6 +112,32 @@ void MaskReader::readMaterial(size_t index) {
     sources_.push_back(from);
 }
 
+// Returns whether the colour image of a material has texels that would cut it out.
+bool MaskReader::hasTransparentTexels(size_t material) {
+    const std::optional<TextureUse> use = readBaseColorUse(document_, material);
+    if (!use || use->image == kNone)
+        return false;
+    const auto [known, isNew] = isImageTransparent_.try_emplace(use->image, false);
+    if (isNew)
+        known->second = isTransparent(use->image);
+    return known->second;
+}
+
+// False for an image that cannot be read, which the reader of textures reports.
+bool MaskReader::isTransparent(int image) const {
+    try {
+        const ImageBytes bytes = readImageBytes(document_, accessors_, image);
+        if (!isPng(bytes.data, bytes.count) || !mayHaveAlpha(bytes.data, bytes.count))
+            return false;
+        const std::vector<uint8_t> alpha = readPngAlpha(bytes.data, bytes.count, "").alpha;
+        return std::any_of(alpha.begin(), alpha.end(), [](uint8_t a) { return a < 128; });
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kInput)
+            throw;
+        return false;
+    }
+}
+
 int MaskReader::addMask(AlphaMask mask) {
     if (mask.isAllOpaque())
         return kNone;
@@ -105,24 +152,32 @@ int MaskReader::addMask(AlphaMask mask) {
 void MaskReader::makeMasks(size_t first, size_t end) {
     const int image = sources_[first].image;
     AlphaImage alpha{1, 1, {255}};
+    std::optional<AlphaImage> grey; // the luminance of an image that is opaque everywhere
+    ImageBytes bytes;
+    const std::string place = image == -1 ? "" : imagePlace(document_, image);
     if (image != -1) {
-        const std::string place = imagePlace(document_, image);
-        const ImageBytes bytes = readImageBytes(document_, accessors_, image);
+        bytes = readImageBytes(document_, accessors_, image);
         if (isPng(bytes.data, bytes.count)) {
             alpha = readPngAlpha(bytes.data, bytes.count, document_.path + ": " + place);
         } else if (!isJpeg(bytes.data, bytes.count)) { // which has no alpha
             result_.unreadableCount += end - first;
             return;
         }
+        if (std::any_of(sources_.begin() + ptrdiff_t(first), sources_.begin() + ptrdiff_t(end),
+                        [](const MaskSource& from) { return from.mayBeGrey; }) &&
+            std::all_of(alpha.alpha.begin(), alpha.alpha.end(), [](uint8_t a) { return a == 255; }))
+            grey =
+                luminanceOf(readColorImage(bytes.data, bytes.count, document_.path + ": " + place));
     }
     for (size_t i = first; i < end; ++i) {
         const MaskSource& from = sources_[i];
-        accessors_.charge(uint64_t(maskRowWords(alpha.width)) * 4 * alpha.height,
+        const AlphaImage& opacity = from.mayBeGrey && grey ? *grey : alpha;
+        accessors_.charge(uint64_t(maskRowWords(opacity.width)) * 4 * opacity.height,
                           "materials/" + std::to_string(from.material));
-        AlphaMask mask = makeAlphaMask(alpha.width, alpha.height, from.wrapU, from.wrapV);
-        for (uint32_t y = 0; y < alpha.height; ++y)
-            for (uint32_t x = 0; x < alpha.width; ++x)
-                if (from.isOpaque(alpha.alpha[size_t(y) * alpha.width + x]))
+        AlphaMask mask = makeAlphaMask(opacity.width, opacity.height, from.wrapU, from.wrapV);
+        for (uint32_t y = 0; y < opacity.height; ++y)
+            for (uint32_t x = 0; x < opacity.width; ++x)
+                if (from.isOpaque(opacity.alpha[size_t(y) * opacity.width + x]))
                     setOpaque(mask, x, y);
         result_.materials[from.material].mask = addMask(std::move(mask));
     }

@@ -1,87 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Scene as one .glb. The JSON is written by hand: tinygltf's writer rounds numbers and keeps a
-// second copy of everything. Source: Khronos, glTF 2.0 specification, sec. 4.4;
-// KHR_lights_punctual; KHR_materials_emissive_strength.
+// A Scene as one .glb. Source: Khronos, glTF 2.0 specification; KHR_lights_punctual.
 #include "scenes/gltf.h"
 
 #include "cuda/error.h"
+#include "scenes/glb_parts.h"
 #include "scenes/output_file.h"
 #include "scenes/png_alpha.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstring>
-#include <map>
 
-namespace shadowdag {
+namespace shadowdag::glb {
 
 namespace {
 
-enum ComponentType { kFloat = 5126, kUint32 = 5125 };
-
-std::string number(float value) {
-    char text[32];
-    // The shortest text that reads back as the same float.
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return std::string(text, end);
-}
-
-template <class Vector> std::string numbers(const Vector& v, int count) {
-    std::string text = "[";
-    for (int i = 0; i < count; ++i)
-        text += (i ? "," : "") + number(v[i]);
-    return text + "]";
-}
-
-std::string quoted(const std::string& s) {
-    std::string text = "\"";
-    for (const char c : s) {
-        if (c == '"' || c == '\\') {
-            text += '\\';
-            text += c;
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            constexpr char kHex[] = "0123456789abcdef";
-            text += "\\u00";
-            text += kHex[c >> 4];
-            text += kHex[c & 15];
-        } else {
-            text += c;
-        }
-    }
-    return text + "\"";
-}
-
-std::string nameMember(const std::string& name) {
-    return name.empty() ? "" : "\"name\":" + quoted(name) + ",";
-}
-
-// A JSON array that is left out when empty, as glTF demands.
-class JsonArray {
-public:
-    explicit JsonArray(const char* key) : key_(key) {}
-    size_t add(const std::string& element) {
-        text_ += (count_ ? "," : "") + element;
-        return count_++;
-    }
-    bool empty() const { return count_ == 0; }
-    std::string member() const {
-        return count_ ? ",\"" + std::string(key_) + "\":[" + text_ + "]" : std::string();
-    }
-
-private:
-    const char* key_;
-    std::string text_;
-    size_t count_ = 0;
-};
-
-std::string strip(std::string object) { // "{a,b,}" to "{a,b}"
-    if (object.back() == ',')
-        object.pop_back();
-    return object + "}";
-}
-
-class GlbWriter {
+class GlbWriter : private Parts {
 public:
     explicit GlbWriter(const Scene& scene) : scene_(scene) {}
 
@@ -96,21 +29,6 @@ public:
     }
 
 private:
-    size_t addAccessor(const void* data, size_t count, int componentCount, ComponentType type,
-                       int target, const std::string& bounds) {
-        static constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-        const size_t bytes = count * size_t(componentCount) * 4;
-        const size_t view =
-            views_.add("{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
-                       ",\"byteLength\":" + std::to_string(bytes) +
-                       (target ? ",\"target\":" + std::to_string(target) : std::string()) + "}");
-        const auto* begin = static_cast<const char*>(data);
-        binary_.insert(binary_.end(), begin,
-                       begin + bytes); // all elements are multiples of 4 bytes
-        return accessors_.add("{\"bufferView\":" + std::to_string(view) + ",\"componentType\":" +
-                              std::to_string(type) + ",\"count\":" + std::to_string(count) +
-                              ",\"type\":\"" + kTypes[componentCount] + "\"" + bounds + "}");
-    }
     size_t addVectors(const std::vector<glm::vec4>& values, int componentCount) {
         std::vector<float> flat;
         flat.reserve(values.size() * size_t(componentCount));
@@ -129,13 +47,8 @@ private:
     void save(const std::string& path);
 
     const Scene& scene_;
-    std::vector<char> binary_;
-    JsonArray views_{"bufferViews"}, accessors_{"accessors"}, images_{"images"},
-        samplers_{"samplers"}, textures_{"textures"}, materials_{"materials"}, meshes_{"meshes"},
-        nodes_{"nodes"}, cameras_{"cameras"}, animations_{"animations"}, lights_{"lights"};
     std::vector<int> materialOf_; // kNone: written as the absence of a material
     std::vector<int> meshOf_;     // kNone: an empty mesh, which glTF cannot hold
-    bool hasEmissiveStrength_ = false;
 };
 
 // Texture i holds mask i.
@@ -143,19 +56,15 @@ void GlbWriter::writeMasks() {
     static constexpr int kModes[] = {10497, 33648, 33071}; // repeat, mirrored repeat, clamp to edge
     for (const AlphaMask& mask : scene_.alphaMasks) {
         const std::vector<uint8_t> png = writePngMask(mask);
-        const size_t view =
-            views_.add("{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
-                       ",\"byteLength\":" + std::to_string(png.size()) + "}");
-        binary_.insert(binary_.end(), png.begin(), png.end());
-        binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
+        const size_t view = addView(png.data(), png.size());
         const size_t image =
-            images_.add("{\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) + "}");
+            images.add("{\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) + "}");
         const size_t sampler =
-            samplers_.add("{\"magFilter\":9728,\"minFilter\":9728,\"wrapS\":" + // nearest
-                          std::to_string(kModes[uint32_t(mask.wrapU)]) +
-                          ",\"wrapT\":" + std::to_string(kModes[uint32_t(mask.wrapV)]) + "}");
-        textures_.add("{\"sampler\":" + std::to_string(sampler) +
-                      ",\"source\":" + std::to_string(image) + "}");
+            samplers.add("{\"magFilter\":9728,\"minFilter\":9728,\"wrapS\":" + // nearest
+                         std::to_string(kModes[uint32_t(mask.wrapU)]) +
+                         ",\"wrapT\":" + std::to_string(kModes[uint32_t(mask.wrapV)]) + "}");
+        textures.add("{\"sampler\":" + std::to_string(sampler) +
+                     ",\"source\":" + std::to_string(image) + "}");
     }
 }
 
@@ -176,19 +85,8 @@ void GlbWriter::writeMaterials() {
             ",\"metallicFactor\":0,\"roughnessFactor\":1},\"doubleSided\":true,";
         if (m.alphaMask != kNone)
             text += "\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5,";
-        const float strongest = std::max({m.emission.x, m.emission.y, m.emission.z});
-        if (strongest > 1.0f) { // factors end at 1; a power of two divides without rounding
-            float strength = 1.0f;
-            while (strength < strongest)
-                strength *= 2.0f;
-            hasEmissiveStrength_ = true;
-            text += "\"emissiveFactor\":" + numbers(m.emission / strength, 3) +
-                    ",\"extensions\":{\"KHR_materials_emissive_strength\":{\"emissiveStrength\":" +
-                    number(strength) + "}},";
-        } else if (strongest > 0.0f) {
-            text += "\"emissiveFactor\":" + numbers(m.emission, 3) + ",";
-        }
-        materialOf_.push_back(int(materials_.add(strip(text))));
+        text += emissionMembers(m.emission);
+        materialOf_.push_back(int(materials.add(closed(text))));
     }
 }
 
@@ -225,7 +123,7 @@ void GlbWriter::writeMeshes() {
                            "}");
         }
         meshOf_.push_back(
-            int(meshes_.add(strip("{" + nameMember(mesh.name) + primitives.member().substr(1)))));
+            int(meshes.add(closed("{" + nameMember(mesh.name) + primitives.member().substr(1)))));
     }
 }
 
@@ -241,10 +139,10 @@ void GlbWriter::writeLightsAndCameras() {
                 ",\"outerConeAngle\":" + number(light.outerConeAngle) + "}";
         else
             text += light.kind == Light::kSun ? "\"type\":\"directional\"" : "\"type\":\"point\"";
-        lights_.add(strip(text));
+        lights.add(closed(text));
     }
     for (const CameraSource& camera : scene_.cameras)
-        cameras_.add(
+        cameras.add(
             "{" + nameMember(camera.name) + "\"type\":\"perspective\",\"perspective\":{\"yfov\":" +
             number(camera.yfov) + ",\"znear\":" + number(camera.znear) +
             (std::isfinite(camera.zfar) ? ",\"zfar\":" + number(camera.zfar) : std::string()) +
@@ -283,7 +181,7 @@ void GlbWriter::writeNodes() {
             text +=
                 "\"extensions\":{\"KHR_lights_punctual\":{\"light\":" + std::to_string(node.light) +
                 "}},";
-        nodes_.add(strip(text));
+        nodes.add(closed(text));
     }
 }
 
@@ -307,72 +205,39 @@ void GlbWriter::writeAnimations() {
                          kPaths[int(channel.path)] + "\"}}");
         }
         if (!channels.empty())
-            animations_.add("{" + nameMember(animation.name) + samplers.member().substr(1) +
-                            channels.member() + "}");
+            animations.add("{" + nameMember(animation.name) + samplers.member().substr(1) +
+                           channels.member() + "}");
     }
 }
 
 void GlbWriter::save(const std::string& path) {
-    std::string used, extensions;
-    if (!lights_.empty()) {
-        used = "\"KHR_lights_punctual\"";
-        extensions =
-            ",\"extensions\":{\"KHR_lights_punctual\":{" + lights_.member().substr(1) + "}}";
-    }
-    if (hasEmissiveStrength_)
-        used += (used.empty() ? "" : ",") + std::string("\"KHR_materials_emissive_strength\"");
-    std::string json = "{\"asset\":{\"version\":\"2.0\",\"generator\":\"ShadowDAG\"}";
-    if (!used.empty())
-        json += ",\"extensionsUsed\":[" + used + "]";
     std::string roots;
     for (size_t i = 0; i < scene_.roots.size(); ++i)
         roots += (i ? "," : "") + std::to_string(scene_.roots[i]);
-    json +=
-        ",\"scene\":0,\"scenes\":[" +
-        strip("{" + nameMember(scene_.name) + (roots.empty() ? "" : "\"nodes\":[" + roots + "]")) +
-        "]";
-    json += nodes_.member() + meshes_.member() + materials_.member() + textures_.member() +
-            samplers_.member() + images_.member() + cameras_.member() + animations_.member() +
-            accessors_.member() + views_.member();
-    if (!binary_.empty())
-        json += ",\"buffers\":[{\"byteLength\":" + std::to_string(binary_.size()) + "}]";
-    json += extensions + "}";
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-
-    const uint64_t total = 12 + 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
-    if (total > 0xffffffffu)
+    const std::string begin = head(scene_.name, roots);
+    if (begin.size() + binary.size() > kMaxGlbBytes)
         throw Error(ErrorKind::kResource,
-                    path + ": " + std::to_string(total) +
+                    path + ": " + std::to_string(begin.size() + binary.size()) +
                         " bytes; a .glb is limited to 4 GiB, write a smaller scene");
     OutputFile file(path);
-    const auto word = [&](uint64_t value) {
-        const unsigned char bytes[4] = {
-            static_cast<unsigned char>(value), static_cast<unsigned char>(value >> 8),
-            static_cast<unsigned char>(value >> 16), static_cast<unsigned char>(value >> 24)};
-        file.write(bytes, 4);
-    };
-    file.write("glTF", 4);
-    word(2);
-    word(total);
-    word(json.size());
-    file.write("JSON", 4);
-    file.write(json);
-    if (!binary_.empty()) {
-        word(binary_.size());
-        file.write("BIN\0", 4);
-        file.write(binary_.data(), binary_.size());
-    }
+    file.write(begin);
+    file.write(binary.data(), binary.size());
     file.commit();
 }
 
 } // namespace
 
-void writeGlb(const Scene& scene, const std::string& path) {
+} // namespace shadowdag::glb
+
+void shadowdag::writeGlb(const Scene& scene, const std::string& path) {
+    if (std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                    [](const Mesh& mesh) { return mesh.deforms(); }))
+        throw Error(ErrorKind::kUsage, "scene '" + scene.name +
+                                           "' has skins or morph targets, which are not written; "
+                                           "use the file that it was read from");
     if (!scene.textures.textures.empty())
         throw Error(ErrorKind::kUsage, "scene '" + scene.name +
                                            "' has base colour textures, which are not written; "
                                            "use the file that it was read from");
-    GlbWriter(scene).write(path);
+    glb::GlbWriter(scene).write(path);
 }
-
-} // namespace shadowdag

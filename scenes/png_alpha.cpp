@@ -129,6 +129,11 @@ bool isPng(const uint8_t* data, size_t byteCount) {
     return byteCount >= sizeof kSignature && std::memcmp(data, kSignature, sizeof kSignature) == 0;
 }
 
+bool mayHaveAlpha(const uint8_t* data, size_t byteCount) {
+    constexpr size_t kColorType = 25; // 0 grey, 2 RGB, 3 palette, 4 and 6 with alpha
+    return byteCount > kColorType && data[kColorType] != 0 && data[kColorType] != 2;
+}
+
 AlphaImage readPngAlpha(const uint8_t* data, size_t byteCount, const std::string& place) {
     const PngPixels pixels = decode(data, byteCount, place);
     AlphaImage image{pixels.size.width, pixels.size.height, {}};

@@ -23,6 +23,9 @@ struct AlphaImage {
 /// Returns whether bytes begin as every PNG does.
 bool isPng(const uint8_t* data, size_t byteCount);
 
+/// Returns whether the header of a PNG allows for alpha, other than of one transparent colour.
+bool mayHaveAlpha(const uint8_t* data, size_t byteCount);
+
 /// Returns the alpha of a PNG of any kind, 16 bits cut to the upper 8; 255 without alpha. Throws
 /// Error kInput, "PLACE: problem", for a file that is truncated, fails a checksum, declares more
 /// pixels than its data can hold or than masks may have (kMaxMaskSide, kMaxMaskTexels). Needs five

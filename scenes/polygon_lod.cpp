@@ -253,14 +253,14 @@ void PolygonLod::gather() {
     for (uint32_t p = 0; p < partCount; ++p) {
         const Instance& instance = instances[parts_[p].instance];
         const MeshPart& part = meshParts_[instance.mesh][parts_[p].inMesh];
-        bool isCut = false;
+        bool isKept = world_.scene().meshes[instance.mesh].deforms();
         for (const uint32_t t : part.triangles) {
             groupOf_[instance.firstTriangle + t] = p;
-            isCut |= full.masks.isCut(instance.firstTriangle + t);
+            isKept |= full.masks.isCut(instance.firstTriangle + t);
         }
         groupTriangles_[p] = uint32_t(part.triangles.size());
         isGroupMoving_[p] = instance.isMoving;
-        if (isCut)
+        if (isKept)
             continue;
         size_t group = p;
         for (const PolygonLevel& level : part.levels) {

@@ -45,8 +45,9 @@ std::vector<MeshPart> simplifyMesh(const Mesh& mesh);
 class PolygonLod {
 public:
     /// Simplifies each mesh once. An instance with a triangle that an alpha mask cuts keeps its
-    /// full level alone: its holes are bound to its triangles. Deterministic. @param options of the
-    /// batches of all levels
+    /// full level alone: its holes are bound to its triangles. So does one whose mesh a skin or
+    /// morph targets deform: errors are measured in the mesh's own space. Deterministic.
+    /// @param options of the batches of all levels
     PolygonLod(const World& world, const BatchOptions& options = {});
     /// Follows World::setTime, as BatchSet::update. Errors grow with an instance's scale.
     /// @param stages as BatchSet::update has it

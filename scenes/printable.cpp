@@ -52,9 +52,10 @@ bool isControl(char32_t character) {
     });
 }
 
+constexpr const char* kDigits = "0123456789abcdef";
+
 /// Returns the text with its control characters escaped, except those of `kept`.
 std::string escaped(std::string_view text, std::string_view kept) {
-    constexpr const char* kDigits = "0123456789abcdef";
     std::string shown;
     while (!text.empty()) {
         const std::string_view sequence = text.substr(0, sequenceLength(text));
@@ -81,6 +82,20 @@ std::string printable(std::string_view text) {
 
 std::string printableLine(std::string_view text) {
     return escaped(text, "\t");
+}
+
+std::string utf8Of(std::string_view text) {
+    std::string shown;
+    while (!text.empty()) {
+        const std::string_view sequence = text.substr(0, sequenceLength(text));
+        text.remove_prefix(sequence.size());
+        const auto first = static_cast<unsigned char>(sequence[0]);
+        if (sequence.size() == 1 && first >= 0x80)
+            shown += {'\\', 'x', kDigits[first >> 4], kDigits[first & 15]};
+        else
+            shown += sequence;
+    }
+    return shown;
 }
 
 } // namespace shadowdag

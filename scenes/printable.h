@@ -19,4 +19,7 @@ std::string printable(std::string_view text);
 /// another message.
 std::string printableLine(std::string_view text);
 
+/// Returns a text as UTF-8: bytes that are not, as `\xe4`.
+std::string utf8Of(std::string_view text);
+
 } // namespace shadowdag

@@ -43,6 +43,12 @@ struct Material {
     int baseColorTexture = kNone; ///< index into Scene::textures, scales baseColor; kNone: none
 };
 
+/// A joint's share of a vertex.
+struct JointWeight {
+    uint32_t joint; ///< index into Skin::joints
+    float weight;   ///< not negative
+};
+
 /// An indexed triangle list in object space. Indices are in range, positions and texture
 /// coordinates finite, always.
 struct Mesh {
@@ -52,6 +58,21 @@ struct Mesh {
     std::vector<uint32_t> triangleMaterial; ///< count = triangles; index into Scene::materials
     std::vector<glm::vec2> uv = {};         ///< count = positions where a material has a mask or a
                                             ///< texture, or empty: (0, 0) everywhere
+    uint32_t jointsPerVertex = 0;           ///< 0: no skin deforms it
+    std::vector<JointWeight> jointWeights = {}; ///< jointsPerVertex * positions, by vertex; of each
+                                                ///< vertex one is above 0
+    std::vector<std::vector<glm::vec3>> morphTargets = {}; ///< displacements, count = positions
+    std::vector<float> morphWeights = {};                  ///< count = morphTargets; default
+
+    /// Returns whether a skin or morph targets deform it.
+    bool deforms() const { return jointsPerVertex > 0 || !morphTargets.empty(); }
+};
+
+/// The nodes that a skinned mesh follows instead of its own. Source: glTF 2.0, sec. 3.7.3.
+struct Skin {
+    std::string name;
+    std::vector<int> joints;              ///< nodes, at least one
+    std::vector<glm::mat4> jointFromMesh; ///< count = joints; the inverse bind matrices
 };
 
 /// A node's local transform: a matrix, or translation * rotation * scale when animated or authored
@@ -77,6 +98,8 @@ struct Node {
     int light = kNone;
     int camera = kNone;
     std::vector<int> children;
+    int skin = kNone;                ///< its mesh then has joints; index into Scene::skins
+    std::vector<float> morphWeights; ///< count = targets of its mesh; empty: those of the mesh
 };
 
 /// A light as authored: its position and direction (-Z) come from the node that refers to it.
@@ -102,15 +125,16 @@ struct CameraSource {
 /// One animated property of one node. Times ascend, in seconds; before the first and after the last
 /// key the nearest key holds.
 struct AnimationChannel {
-    enum class Path { kTranslation, kRotation, kScale };
+    enum class Path { kTranslation, kRotation, kScale, kMorphWeight };
     enum class Interpolation { kStep, kLinear, kCubicSpline };
 
     int node = kNone;
     Path path = Path::kTranslation;
     Interpolation interpolation = Interpolation::kLinear;
     std::vector<float> times;
-    std::vector<glm::vec4> values; ///< xyz or quaternion xyzw; count = times, or 3 * times
-                                   ///< (in-tangent, value, out-tangent) for kCubicSpline
+    std::vector<glm::vec4> values; ///< xyz, quaternion xyzw or weight x; count = times, or 3 *
+                                   ///< times (in-tangent, value, out-tangent) for kCubicSpline
+    uint32_t morphTarget = 0;      ///< of kMorphWeight: which target's
 };
 
 struct Animation {
@@ -131,6 +155,7 @@ struct Scene {
     std::vector<LightSource> lights;
     std::vector<CameraSource> cameras;
     std::vector<Animation> animations;
+    std::vector<Skin> skins;
     std::vector<std::string> warnings; ///< what was ignored, one sentence each, with counts
 
     /// Returns the last key time over all animations in seconds; 0 without animations. All

@@ -16,6 +16,8 @@
 #include <limits>
 #include <map>
 #include <new>
+#include <set>
+#include <tuple>
 
 namespace shadowdag {
 
@@ -27,14 +29,6 @@ constexpr const char* kOutOfReach =
 std::string nodeLabel(const Scene& scene, uint32_t node) {
     return "node " + std::to_string(node) +
            (scene.nodes[node].name.empty() ? "" : " ('" + scene.nodes[node].name + "')");
-}
-
-// The contribution of a point's coordinates: rows times columns in a stated order, in double.
-glm::dvec3 transformPoint(const glm::dmat4& m, const glm::vec3& p) {
-    const double x = p.x, y = p.y, z = p.z;
-    return {m[0].x * x + m[1].x * y + m[2].x * z + m[3].x,
-            m[0].y * x + m[1].y * y + m[2].y * z + m[3].y,
-            m[0].z * x + m[1].z * y + m[2].z * z + m[3].z};
 }
 
 glm::dvec3 normalizedOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
@@ -71,6 +65,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     isNodeReachable_.assign(nodeCount, 0);
     isNodeMoving_.assign(nodeCount, 0);
     nodeChannels_.resize(nodeCount);
+    weightChannels_.resize(nodeCount);
     worldFromNode_.assign(nodeCount, glm::dmat4(1.0));
 
     // Parents before children, without recursion: chains may be as long as the file.
@@ -80,22 +75,41 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         stack.pop_back();
         SDAG_ASSERT(!isNodeReachable_[node]);
         isNodeReachable_[node] = 1;
-        reachableNodes_.push_back(node);
+        placedNodes_.push_back(node);
         const std::vector<int>& children = scene.nodes[node].children;
         stack.insert(stack.end(), children.rbegin(), children.rend());
     }
 
-    std::map<std::pair<int, AnimationChannel::Path>, bool> taken;
+    // Joints need not be in the scene.
+    std::vector<uint8_t> isPlaced = isNodeReachable_;
+    for (size_t i = 0, count = placedNodes_.size(); i < count; ++i) {
+        const int skin = scene.nodes[placedNodes_[i]].skin;
+        if (skin == kNone)
+            continue;
+        for (const int joint : scene.skins[skin].joints) {
+            const auto first = placedNodes_.end() - placedNodes_.begin();
+            for (int node = joint; node != kNone && !isPlaced[node];
+                 node = scene.nodes[node].parent) {
+                isPlaced[node] = 1;
+                placedNodes_.push_back(uint32_t(node));
+            }
+            std::reverse(placedNodes_.begin() + first, placedNodes_.end());
+        }
+    }
+
+    std::set<std::tuple<int, AnimationChannel::Path, uint32_t>> taken;
     for (const Animation& animation : scene.animations) {
         for (const AnimationChannel& channel : animation.channels) {
             if (channel.times.empty() ||
-                !taken.emplace(std::pair(channel.node, channel.path), true).second)
+                !taken.emplace(channel.node, channel.path, channel.morphTarget).second)
                 continue;
-            nodeChannels_[channel.node].push_back(uint32_t(channels_.size()));
+            const bool isWeight = channel.path == AnimationChannel::Path::kMorphWeight;
+            (isWeight ? weightChannels_ : nodeChannels_)[channel.node].push_back(
+                uint32_t(channels_.size()));
             channels_.push_back(&channel);
         }
     }
-    for (uint32_t node : reachableNodes_) {
+    for (uint32_t node : placedNodes_) {
         const int parent = scene.nodes[node].parent;
         isNodeMoving_[node] =
             !nodeChannels_[node].empty() || (parent != kNone && isNodeMoving_[parent]);
@@ -149,8 +163,8 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         instance.vertexCount = uint32_t(mesh.positions.size());
         instance.firstTriangle = uint32_t(triangles_.size());
         instance.triangleCount = uint32_t(mesh.triangles.size());
-        instance.isMoving = isNodeMoving_[node];
-        const bool isMirrored = mirrors(worldFromNode_[node]);
+        instance.isMoving = isInstanceMoving(node);
+        const bool isMirrored = mirrors(poseOf(node).worldFromMesh.front());
         for (size_t i = 0; i < mesh.triangles.size(); ++i) {
             glm::uvec3 t = mesh.triangles[i] + firstVertex;
             if (isMirrored)
@@ -211,7 +225,8 @@ void World::cutTriangles() {
     for (const Instance& instance : instances_) {
         const Mesh& mesh = scene_->meshes[instance.mesh];
         const glm::uvec3 firstVertex(instance.firstVertex);
-        const bool isMirrored = mirrors(worldFromNode_[instance.node]); // at time 0, as corners
+        const bool isMirrored = // at time 0, as corners
+            mirrors(poseOf(instance.node).worldFromMesh.front());
         const auto [known, isNew] =
             firstCut.emplace(std::pair(instance.mesh, isMirrored), uint32_t(masks_.cuts.size()));
         uint32_t cut = known->second;
@@ -273,7 +288,7 @@ BaseColorView World::baseColors() const {
 }
 
 void World::updateTransforms(bool movingOnly) {
-    for (uint32_t node : reachableNodes_) {
+    for (uint32_t node : placedNodes_) {
         if (movingOnly && !isNodeMoving_[node])
             continue;
         LocalTransform local = scene_->nodes[node].local;
@@ -291,6 +306,8 @@ void World::updateTransforms(bool movingOnly) {
             case AnimationChannel::Path::kScale:
                 local.scale = glm::vec3(v);
                 break;
+            case AnimationChannel::Path::kMorphWeight: // of weightChannels_
+                break;
             }
         }
         const int parent = scene_->nodes[node].parent;
@@ -300,11 +317,44 @@ void World::updateTransforms(bool movingOnly) {
     }
 }
 
+bool World::isInstanceMoving(uint32_t node) const {
+    const Node& n = scene_->nodes[node];
+    if (!weightChannels_[node].empty())
+        return true;
+    if (n.skin == kNone)
+        return isNodeMoving_[node];
+    const std::vector<int>& joints = scene_->skins[n.skin].joints;
+    return std::any_of(joints.begin(), joints.end(),
+                       [this](int joint) { return isNodeMoving_[joint] != 0; });
+}
+
+// Returns how the mesh of a node is posed at the current time.
+MeshPose World::poseOf(uint32_t node) const {
+    const Node& n = scene_->nodes[node];
+    MeshPose pose;
+    const std::vector<float>& weights =
+        n.morphWeights.empty() ? scene_->meshes[n.mesh].morphWeights : n.morphWeights;
+    pose.morphWeights.assign(weights.begin(), weights.end());
+    for (const uint32_t c : weightChannels_[node])
+        pose.morphWeights[channels_[c]->morphTarget] =
+            double(sampleChannel(*channels_[c], timeSeconds_).x);
+    if (n.skin == kNone) {
+        pose.worldFromMesh = {worldFromNode_[node]};
+        return pose;
+    }
+    const Skin& skin = scene_->skins[n.skin];
+    for (size_t j = 0; j < skin.joints.size(); ++j)
+        pose.worldFromMesh.push_back(worldFromNode_[skin.joints[j]] *
+                                     glm::dmat4(skin.jointFromMesh[j]));
+    pose.isSkinned = true;
+    return pose;
+}
+
 void World::placeVertices(const Instance& instance) {
     const Mesh& mesh = scene_->meshes[instance.mesh];
-    const glm::dmat4& m = worldFromNode_[instance.node];
+    const MeshPose pose = poseOf(instance.node);
     for (uint32_t i = 0; i < instance.vertexCount; ++i) {
-        const glm::dvec3 p = transformPoint(m, mesh.positions[i]);
+        const glm::dvec3 p = posedVertex(mesh, pose, i);
         if (!isWithinReach(p))
             throw Error(ErrorKind::kInput,
                         "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuda/view.h"
+#include "scenes/posed_mesh.h"
 #include "scenes/scene.h"
 
 #include <cstdint>
@@ -33,7 +34,7 @@ struct Instance {
     uint32_t mesh;
     uint32_t firstVertex, vertexCount;
     uint32_t firstTriangle, triangleCount;
-    bool isMoving; ///< an animation moves this node or an ancestor
+    bool isMoving; ///< an animation moves this node or an ancestor, or deforms the mesh
     glm::mat4 worldFromObject;
 };
 
@@ -55,11 +56,12 @@ struct WorldOptions {
 class World {
 public:
     /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their
-    /// order, corners swapped where the node mirrors at time 0. Matrices and positions are computed
-    /// in double, positions then rounded once to float. Throws Error kInput when there is no
-    /// triangle, or when a world position is not finite or beyond kMaxCoordinate; Error
-    /// kResource when instancing exceeds options.maxTriangleCount. Lights that emit nothing are
-    /// left out. The scene must outlive the world.
+    /// order, corners swapped where the node mirrors at time 0. Morph targets and skins deform
+    /// meshes (posed_mesh.h). Matrices and positions are computed in double, positions then rounded
+    /// once to float. Throws Error kInput when there is no triangle, or when a world position is
+    /// not finite or beyond kMaxCoordinate; Error kResource when instancing exceeds
+    /// options.maxTriangleCount. Lights that emit nothing are left out. The scene must outlive the
+    /// world.
     World(const Scene& scene, const WorldOptions& options);
 
     /// Moves everything to `timeSeconds`; returns the indices of moving instances, ascending, whose
@@ -97,6 +99,8 @@ public:
 
 private:
     void updateTransforms(bool movingOnly);
+    bool isInstanceMoving(uint32_t node) const;
+    MeshPose poseOf(uint32_t node) const;
     void placeVertices(const Instance& instance);
     void requireWithinReach(uint32_t node, const std::string& what) const;
     void refuseWithoutArea() const;
@@ -109,13 +113,14 @@ private:
 
     const Scene* scene_;
     WorldOptions options_;
-    std::vector<uint32_t> reachableNodes_; // of the default scene, parents before children
+    std::vector<uint32_t> placedNodes_; // of the default scene, and joints; parents before children
     std::vector<uint8_t> isNodeReachable_; // nodeCount
     std::vector<uint8_t> isNodeMoving_;    // nodeCount; an animation moves it or an ancestor
-    std::vector<std::vector<uint32_t>> nodeChannels_; // nodeCount; into channels_
-    std::vector<const AnimationChannel*> channels_;   // one a (node, path)
-    std::vector<glm::dmat4> worldFromNode_;           // nodeCount
-    std::vector<Light> placedLights_;                 // replace the authored ones when asked for
+    std::vector<std::vector<uint32_t>> nodeChannels_;   // nodeCount; into channels_
+    std::vector<std::vector<uint32_t>> weightChannels_; // nodeCount; the same, of morph targets
+    std::vector<const AnimationChannel*> channels_;     // one a (node, path, morph target)
+    std::vector<glm::dmat4> worldFromNode_;             // nodeCount
+    std::vector<Light> placedLights_;                   // replace the authored ones when asked for
     Box staticBounds_; // of staticTriangles_; of all triangles at time 0 when there are none
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;

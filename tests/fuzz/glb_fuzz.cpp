@@ -14,7 +14,8 @@ void fuzzOne(const uint8_t* data, size_t size) {
 }
 
 std::vector<std::string> seeds() {
-    return {test::triangleFile().glb(), everythingFile().glb()};
+    return {test::triangleFile().glb(), everythingFile().glb(), test::skinnedFile().glb(),
+            test::morphedFile().glb()};
 }
 
 /// Sets the length of the file, and that of the text's chunk to where its braces end.

@@ -26,7 +26,8 @@ std::string base64(const std::string& bytes) {
 
 std::vector<std::string> seeds() {
     std::vector<std::string> texts;
-    for (test::GltfParts parts : {test::triangleFile(), everythingFile()}) {
+    for (test::GltfParts parts :
+         {test::triangleFile(), everythingFile(), test::skinnedFile(), test::morphedFile()}) {
         const std::string bytes = std::to_string(parts.binary.size());
         parts.set("buffers", "[{\"byteLength\":" + bytes +
                                  ",\"uri\":\"data:application/octet-stream;base64," +

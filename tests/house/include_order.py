@@ -58,7 +58,7 @@ THIRD_PARTY = {
     r"glm/.*": set(MAY_INCLUDE),
     r"cuda_runtime(_api)?\.h|cuda/.*|cub/.*|thrust/.*|cooperative_groups.*": {"cuda"},
     r"oneapi/tbb.*|tbb/.*": {"cuda"},
-    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h|draco/.*|jpeglib\.h|jerror\.h": {"scenes"},
+    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h|draco/.*|assimp/.*|jpeglib\.h|jerror\.h": {"scenes"},
     r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"muParser.*\.h": {"hybrid"},

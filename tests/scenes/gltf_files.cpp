@@ -69,6 +69,72 @@ GltfParts triangleFile() {
     return parts;
 }
 
+GltfParts skinnedFile() {
+    GltfParts parts = triangleFile();
+    parts.binary.resize(44);
+    parts.append<uint8_t>({0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}); // at 44
+    parts.append<uint8_t>({255, 0, 0, 0, 255, 0, 0, 0, 191, 64, 0, 0});
+    parts.append<float>({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    parts.append<float>({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -1, 1});
+    parts.append<float>({0, 2}); // at 196
+    parts.append<float>({0, 5, 0, 0, 13, 0});
+    parts.set("buffers", R"([{"byteLength":228}])")
+        .set("bufferViews", R"([{"buffer":0,"byteLength":36},)"
+                            R"({"buffer":0,"byteOffset":36,"byteLength":6},)"
+                            R"({"buffer":0,"byteOffset":44,"byteLength":24},)"
+                            R"({"buffer":0,"byteOffset":68,"byteLength":128},)"
+                            R"({"buffer":0,"byteOffset":196,"byteLength":32}])")
+        .set(
+            "accessors",
+            R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
+            R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},)"
+            R"({"bufferView":2,"componentType":5121,"count":3,"type":"VEC4"},)"
+            R"({"bufferView":2,"byteOffset":12,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"},)"
+            R"({"bufferView":3,"componentType":5126,"count":2,"type":"MAT4"},)"
+            R"({"bufferView":4,"componentType":5126,"count":2,"type":"SCALAR"},)"
+            R"({"bufferView":4,"byteOffset":8,"componentType":5126,"count":2,"type":"VEC3"}])")
+        .set(
+            "meshes",
+            R"([{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"indices":1}]}])")
+        .set("skins", R"([{"joints":[1,2],"inverseBindMatrices":4}])")
+        .set("nodes", R"([{"mesh":0,"skin":0,"scale":[1,-7,1]},)"
+                      R"({"translation":[10,0,0],"children":[2]},{"translation":[0,5,0]}])")
+        .set("scenes", R"([{"nodes":[0,1]}])")
+        .set("animations",
+             R"([{"channels":[{"sampler":0,"target":{"node":2,"path":"translation"}}],)"
+             R"("samplers":[{"input":5,"output":6}]}])");
+    return parts;
+}
+
+GltfParts morphedFile() {
+    GltfParts parts = triangleFile();
+    parts.binary.resize(44);
+    parts.append<float>({0, 0, 0, 0, 0, 4, 0, 0, 0}); // at 44
+    parts.append<float>({8, 0, 0, 8, 0, 0, 8, 0, 0});
+    parts.append<float>({0, 2, 0, 1, 1, 0.5f}); // at 116
+    parts.set("buffers", R"([{"byteLength":140}])")
+        .set("bufferViews", R"([{"buffer":0,"byteLength":36},)"
+                            R"({"buffer":0,"byteOffset":36,"byteLength":6},)"
+                            R"({"buffer":0,"byteOffset":44,"byteLength":36},)"
+                            R"({"buffer":0,"byteOffset":80,"byteLength":36},)"
+                            R"({"buffer":0,"byteOffset":116,"byteLength":24}])")
+        .set("accessors",
+             R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
+             R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},)"
+             R"({"bufferView":2,"componentType":5126,"count":3,"type":"VEC3"},)"
+             R"({"bufferView":3,"componentType":5126,"count":3,"type":"VEC3"},)"
+             R"({"bufferView":4,"componentType":5126,"count":2,"type":"SCALAR"},)"
+             R"({"bufferView":4,"byteOffset":8,"componentType":5126,"count":4,"type":"SCALAR"}])")
+        .set("meshes", R"([{"weights":[0.5,0],"primitives":[{"attributes":{"POSITION":0},)"
+                       R"("targets":[{"POSITION":2},{"POSITION":3}],"indices":1}]}])")
+        .set("nodes", R"([{"mesh":0},{"mesh":0,"weights":[0,0.25]},)"
+                      R"({"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,3,0,1]}])")
+        .set("scenes", R"([{"nodes":[0,1,2]}])")
+        .set("animations", R"([{"channels":[{"sampler":0,"target":{"node":2,"path":"weights"}}],)"
+                           R"("samplers":[{"input":4,"output":5}]}])");
+    return parts;
+}
+
 void expectSound(const Scene& scene, const std::string& name) {
     SCOPED_TRACE(name);
     const auto isFinite = [](const glm::vec3& v) {
@@ -84,6 +150,15 @@ void expectSound(const Scene& scene, const std::string& name) {
                         t.z < mesh.positions.size());
         for (uint32_t material : mesh.triangleMaterial)
             ASSERT_LT(material, scene.materials.size());
+        ASSERT_EQ(mesh.jointWeights.size(), mesh.jointsPerVertex * mesh.positions.size());
+        for (const JointWeight& joint : mesh.jointWeights)
+            ASSERT_TRUE(joint.weight >= 0.0f && std::isfinite(joint.weight));
+        ASSERT_EQ(mesh.morphWeights.size(), mesh.morphTargets.size());
+        for (const std::vector<glm::vec3>& target : mesh.morphTargets) {
+            ASSERT_EQ(target.size(), mesh.positions.size());
+            for (const glm::vec3& displacement : target)
+                ASSERT_TRUE(isFinite(displacement));
+        }
     }
     const auto inRange = [](int i, size_t count) {
         return i == kNone || (i >= 0 && size_t(i) < count);
@@ -94,6 +169,18 @@ void expectSound(const Scene& scene, const std::string& name) {
         ASSERT_TRUE(inRange(node.mesh, scene.meshes.size()));
         ASSERT_TRUE(inRange(node.light, scene.lights.size()));
         ASSERT_TRUE(inRange(node.camera, scene.cameras.size()));
+        ASSERT_TRUE(inRange(node.skin, scene.skins.size()));
+        ASSERT_TRUE(node.morphWeights.empty() ||
+                    node.morphWeights.size() ==
+                        scene.meshes[size_t(node.mesh)].morphTargets.size());
+        if (node.skin != kNone) {
+            const Skin& skin = scene.skins[size_t(node.skin)];
+            ASSERT_EQ(skin.jointFromMesh.size(), skin.joints.size());
+            for (const int joint : skin.joints)
+                ASSERT_TRUE(joint != kNone && inRange(joint, scene.nodes.size()));
+            for (const JointWeight& joint : scene.meshes[size_t(node.mesh)].jointWeights)
+                ASSERT_LT(joint.joint, skin.joints.size());
+        }
         for (int child : node.children) {
             ASSERT_TRUE(child != kNone && inRange(child, scene.nodes.size()));
             ASSERT_EQ(parents[size_t(child)], kNone);

@@ -51,6 +51,15 @@ struct GltfParts {
 /// at 36).
 GltfParts triangleFile();
 
+/// A triangle whose corners follow joint 0, joint 1 and both by 1 to 3. Joint 0 (node 1) stands at
+/// x = 10, joint 1 (node 2, below it) 5 higher, rising by 8 within 2 s. The inverse bind matrices
+/// take 1 from z at joint 1.
+GltfParts skinnedFile();
+
+/// A triangle with two targets, which move corner 1 by (0, 0, 4) and every corner by (8, 0, 0).
+/// Weights go from (0, 1) to (1, 0.5) within 2 s.
+GltfParts morphedFile();
+
 /// Fails the current test when an index is out of range, the nodes are no forest or a number is not
 /// finite: what Scene promises.
 void expectSound(const Scene& scene, const std::string& name);

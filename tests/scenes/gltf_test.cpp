@@ -4,6 +4,7 @@
 #include "scenes/gltf.h"
 
 #include "cuda/error.h"
+#include "scenes/scene_folder.h"
 #include "scenes/world.h"
 #include "tests/scenes/gltf_files.h"
 
@@ -377,18 +378,15 @@ TEST(Gltf, BuffersOutsideTheFilesFolderAreRefused) {
 TEST(Gltf, IgnoredFeaturesAreCountedInWarnings) {
     GltfParts parts = triangleFile();
     parts
-        .set(
-            "meshes",
-            R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1,"targets":[{"POSITION":0}]},)"
-            R"({"attributes":{"POSITION":0},"mode":0},{"attributes":{"POSITION":0},"mode":1},)"
-            R"({"attributes":{"NORMAL":0}},{"attributes":{"POSITION":0},"indices":2}]}])")
+        .set("meshes",
+             R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1},)"
+             R"({"attributes":{"POSITION":0},"mode":0},{"attributes":{"POSITION":0},"mode":1},)"
+             R"({"attributes":{"NORMAL":0}},{"attributes":{"POSITION":0},"indices":2}]}])")
         .set("accessors", R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
                           R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},)"
                           R"({"bufferView":1,"componentType":5123,"count":2,"type":"SCALAR"}])")
         .set("materials", R"([{"alphaMode":"BLEND"}])")
-        .set("skins", R"([{"joints":[0]}])")
-        .set("nodes",
-             R"([{"mesh":0,"skin":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{}}}}])")
+        .set("nodes", R"([{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{}}}}])")
         .set("images", R"([{"uri":"absent.png"}])")
         .set("textures", R"([{"source":0}])")
         .set("animations", R"([{"channels":[{"sampler":0,"target":{"node":0,"path":"weights"}}],)"
@@ -397,8 +395,7 @@ TEST(Gltf, IgnoredFeaturesAreCountedInWarnings) {
     const Scene scene = readParts(parts);
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
     for (const char* what : {"2 primitives of points or lines", "1 primitives without positions",
-                             "1 primitives end in an incomplete triangle", "1 skins",
-                             "1 primitives with morph targets", "1 animation channels",
+                             "1 primitives end in an incomplete triangle", "1 animation channels",
                              "1 nodes with EXT_mesh_gpu_instancing", "1 translucent", "1 textures",
                              "1 required extensions ignored that change colours only"})
         EXPECT_THAT(scene.warnings, testing::Contains(testing::StartsWith(what)));

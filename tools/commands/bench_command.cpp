@@ -108,8 +108,7 @@ std::function<void()> declareBench(CommandLine& commandLine) {
         "voxel: voxelization and shadow rays, compared with Embree and NanoVDB; raster: "
         "shadow maps stage by stage, compared with Embree",
         true);
-    commandLine.text("SCENE", options->scene, "",
-                     "A .glb or .gltf file, or builtin:NAME [builtin:atrium]");
+    commandLine.text("SCENE", options->scene, "", std::string(kSceneHelp) + " [builtin:atrium]");
     commandLine.heading("View");
     commandLine.text("--size", options->size, "WxH",
                      "Size of the view from which pairs are traced [320x180]");

@@ -297,7 +297,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareCalibrate(CommandLine& commandLine) {
     auto options = std::make_shared<CalibrateOptions>();
     commandLine.texts("SCENE", options->scenes, "",
-                      "Scenes to measure: .glb or .gltf files, or builtin:NAME [builtin:atrium "
+                      "Scenes to measure: files, or builtin:NAME [builtin:atrium "
                       "builtin:houses builtin:necropolis]");
     commandLine.text("-o,--output", options->output, "C.json",
                      "The costs of maps on this machine, for --model cost --costs C.json", true);

@@ -180,8 +180,7 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareRays(CommandLine& commandLine) {
     const auto options = std::make_shared<RaysOptions>();
     commandLine.text("SCENE", options->scene, "",
-                     "A .glb or .gltf file, or builtin:NAME; or a ray set that this command wrote",
-                     true);
+                     std::string(kSceneHelp) + "; or a ray set that this command wrote", true);
     commandLine.text("-o,--output", options->output, "F.rays|F.npz|DIR",
                      "The ray set, to be mapped into memory or read by numpy; with --answer or "
                      "--tracer the directory of their rows: tracers.json, tracers.csv, index.html",

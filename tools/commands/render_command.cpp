@@ -282,7 +282,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
 
 std::function<void()> declareRender(CommandLine& commandLine) {
     auto options = std::make_shared<RenderOptions>();
-    commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
+    commandLine.text("SCENE", options->scene, "", kSceneHelp, true);
     commandLine.text("-o,--output", options->output, "F.exr|F.png",
                      "The picture; with --frames numbered F.0007.exr, with --views F.auto-2.exr. "
                      "EXR channels: R G B (linear "

@@ -191,7 +191,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
 
 std::function<void()> declareValidate(CommandLine& commandLine) {
     auto options = std::make_shared<ValidateOptions>();
-    commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
+    commandLine.text("SCENE", options->scene, "", kSceneHelp, true);
     commandLine.text("-o,--output", options->output, "DIR",
                      "Directory for error maps: error.png (vermilion: false shadow, blue: false "
                      "light), truth.png, method.png, errors.exr; of several views in DIR/auto, "

@@ -146,8 +146,7 @@ std::function<void()> declareView(CommandLine& commandLine) {
     auto options = std::make_shared<ViewOptions>();
     options->common.text("--size") = "1280x720";
     commandLine.text("SCENE", options->scene, "",
-                     "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
-                     "window");
+                     std::string(kSceneHelp) + "; without one, drop a file on the window");
     commandLine.heading("Method");
     commandLine.text("--method", options->method, "truth|dag|maps|hybrid|embree",
                      "Initial method [dag]");

@@ -138,7 +138,7 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
 
 std::function<void()> declareVoxelize(CommandLine& commandLine) {
     auto options = std::make_shared<VoxelizeOptions>();
-    commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
+    commandLine.text("SCENE", options->scene, "", kSceneHelp, true);
     commandLine.text("-o,--output", options->output, "F.svdag",
                      "The asset to write, or with --part the .svpart file", true);
     commandLine.text(

@@ -160,7 +160,8 @@ Program::Program(const std::string& name, const std::string& description,
         "  5 a study found a bound that does not hold, or diff something worse; all is reported\n"
         "  6 a defect of the program itself; please report it\n"
         "  128 + n ended by signal n, as 130 by Ctrl-C\n"
-        "SCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene --list).");
+        "SCENE is a .glb or .gltf file, one of another kind that Assimp reads (.obj, .ply, .stl,\n"
+        ".fbx, .dae and more), or builtin:NAME (shadowdag scene --list).");
 }
 
 Program::~Program() = default;

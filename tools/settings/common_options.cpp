@@ -2,8 +2,8 @@
 #include "tools/settings/common_options.h"
 
 #include "cuda/error.h"
-#include "scenes/gltf.h"
 #include "scenes/input_file.h"
+#include "scenes/scene_folder.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"

@@ -13,6 +13,10 @@
 
 namespace shadowdag {
 
+/// Help of SCENE.
+constexpr const char* kSceneHelp = "A .glb or .gltf file, one of another kind that Assimp reads "
+                                   "(.obj, .ply, .stl, .fbx, .dae and more), or builtin:NAME";
+
 /// --json, --threads, --backend, --gl-pages, --allow-outside: on every subcommand.
 struct GlobalOptions {
     bool json = false;

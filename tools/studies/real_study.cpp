@@ -7,7 +7,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/judge/explain.h"
-#include "scenes/gltf.h"
+#include "scenes/scene_file.h"
 #include "tools/workspace/scene_setup.h"
 
 #include <algorithm>
@@ -163,7 +163,7 @@ std::vector<std::string> realFiles(const RealTable& table,
         if (table.placedLightCount == 0)
             std::erase_if(inside, [](const std::string& file) {
                 checkInterrupted();
-                return readGltf(file).lights.empty();
+                return readSceneFile(file).lights.empty();
             });
         if (inside.empty())
             throw Error(ErrorKind::kUsage,

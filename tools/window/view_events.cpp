@@ -2,6 +2,8 @@
 // Handles keys, the mouse, and files that are named or dropped.
 #include "scenes/builtin.h"
 #include "scenes/input_file.h"
+#include "scenes/scene_file.h"
+#include "scenes/scene_kind.h"
 #include "tools/settings/console.h"
 #include "tools/settings/parse.h"
 #include "tools/window/view_font.h"
@@ -170,11 +172,9 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
     ui_.message.clear();
     ui_.openError.clear();
     for (const std::string& path : paths) {
-        std::string extension = std::filesystem::path(path).extension().string();
-        std::transform(extension.begin(), extension.end(), extension.begin(),
-                       [](unsigned char c) { return char(std::tolower(c)); });
+        const std::string extension = lowerCaseExtension(path);
         const bool isBuiltin = path.starts_with("builtin:");
-        const bool isScene = isBuiltin || extension == ".glb" || extension == ".gltf";
+        const bool isScene = isBuiltin || isSceneName(path);
         try {
             // Before the worker ends what it does for this.
             if (isScene)
@@ -184,8 +184,8 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
                 throw Error(ErrorKind::kInput,
                             path + ": " + why + "; name a file that can be read");
             if (!isScene && extension != ".svdag" && extension != ".json")
-                throw Error(ErrorKind::kUsage,
-                            path + ": not a scene (.glb, .gltf), voxels (.svdag) or costs (.json)");
+                throw Error(ErrorKind::kUsage, path + ": not a scene (.glb, .gltf, .obj, ...), "
+                                                      "voxels (.svdag) or costs (.json)");
         } catch (const Error& error) {
             complain(error.what());
             continue;

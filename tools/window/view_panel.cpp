@@ -71,7 +71,8 @@ bool group(ViewUi& ui, const char* name, bool isOpen = true) {
 
 void drawScene(ViewUi& ui) {
     if (!ui.hasScene)
-        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here, or type its path.");
+        ImGui::TextWrapped(
+            "No scene is open. Drop a .glb, .gltf or other scene here, or type its path.");
     if (ImGui::InputTextWithHint("open", ".glb .svdag costs.json", &ui.path,
                                  ImGuiInputTextFlags_EnterReturnsTrue))
         ui.wantsPath = true;

@@ -5,6 +5,7 @@
 #include "scenes/content_hash.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
+#include "scenes/scene_kind.h"
 #include "tools/settings/json_file.h"
 #include "tools/workspace/image_io.h"
 
@@ -14,6 +15,7 @@
 #include <filesystem>
 #include <iterator>
 #include <optional>
+#include <sstream>
 
 namespace shadowdag {
 
@@ -68,6 +70,27 @@ std::vector<std::string> referredFiles(const std::string& path, const std::strin
     return files;
 }
 
+/// Returns the files that lines of a text name after one of the words that begin so: of an OBJ file
+/// its material libraries, of these their images. Options before an image's name are left out.
+std::vector<std::string> filesOfLines(const std::string& path, const std::string& text,
+                                      const std::string& word) {
+    std::vector<std::string> files;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const size_t begin = line.find_first_not_of(" \t"), end = line.find_last_not_of(" \t\r");
+        if (begin == std::string::npos || line.compare(begin, word.size(), word) != 0)
+            continue;
+        const size_t space = line.find_first_of(" \t", begin);
+        const size_t name = line.find_first_not_of(" \t", space);
+        if (space > end || name > end)
+            continue;
+        const size_t from = line[name] == '-' ? line.find_last_of(" \t", end) + 1 : name;
+        const std::string file = line.substr(from, end + 1 - from);
+        files.push_back((std::filesystem::path(path).parent_path() / file).string());
+    }
+    return files;
+}
+
 /// Returns the text of a journal's key or parts.
 std::string textOf(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -101,9 +124,18 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
         }
         const std::optional<std::string> bytes = fileBytes(scene);
         hashes[scene] = bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
-        if (bytes)
-            for (const std::string& file : referredFiles(scene, *bytes))
-                hashes[file] = hashOfFile(file);
+        if (!bytes)
+            continue;
+        for (const std::string& file : referredFiles(scene, *bytes))
+            hashes[file] = hashOfFile(file);
+        if (lowerCaseExtension(scene) != ".obj")
+            continue;
+        for (const std::string& library : filesOfLines(scene, *bytes, "mtllib")) {
+            hashes[library] = hashOfFile(library);
+            const std::string materials = fileBytes(library).value_or("");
+            for (const std::string& image : filesOfLines(library, materials, "map_"))
+                hashes[image] = hashOfFile(image);
+        }
     }
     for (const std::string& file : files)
         hashes[file] = hashOfFile(file);

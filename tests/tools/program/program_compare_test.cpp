@@ -3,6 +3,7 @@
 // threads.
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
+#include "scenes/scene_file.h"
 #include "tests/tools/program/program_refusals.h"
 #include "tests/tools/program/time_keys.h"
 #include "tools/workspace/frame_json.h"
@@ -574,6 +575,34 @@ TEST(Compare, AnInterruptedSwapKeepsTheOldReport) {
     writeText(directory / "bad.svdag", "no asset");
     EXPECT_EQ(runShadowdag(directory, arguments).status, 2);
     EXPECT_EQ(filesBelow(report + "/images").size(), count);
+}
+
+// A floor and a cube on it: the same numbers as of the glTF file of the same triangles.
+TEST(Compare, AnObjFileIsMeasuredAsTheSameSceneInGltfIs) {
+    if (!readsOtherScenes())
+        GTEST_SKIP() << "built without Assimp";
+    const TemporaryDirectory directory;
+    const std::string obj = directory / "cube.obj", glb = directory / "cube.glb";
+    std::string text = "v -3 0 -3\nv 4 0 -3\nv 4 0 4\nv -3 0 4\nf 4 3 2 1\n";
+    for (int c = 0; c < 8; ++c)
+        text += "v " + std::to_string(c & 1) + " " + std::to_string(c >> 1 & 1) + " " +
+                std::to_string(c >> 2) + "\n";
+    writeText(obj, text + "f 5 7 8 6\nf 9 10 12 11\nf 5 6 10 9\nf 7 11 12 8\nf 5 9 11 7\n"
+                          "f 6 8 12 10\n");
+    writeGlb(readSceneFile(obj), glb);
+    std::vector<Json> runs;
+    for (const std::string& scene : {obj, glb}) {
+        Arguments arguments = tinyCompare(directory / "report", scene);
+        arguments.insert(arguments.end(), {"--lights", "4"});
+        const ProgramResult result = runShadowdag(directory, arguments);
+        ASSERT_EQ(result.status, 0) << result.err;
+        Json results = withoutTimes(Json::parse(readText(directory / "report/results.json")));
+        for (Json& run : results["runs"])
+            run.erase("scene");
+        EXPECT_GT(results["runs"][0]["pair_count"].get<uint64_t>(), 0u);
+        runs.push_back(results["runs"]);
+    }
+    EXPECT_EQ(runs[0], runs[1]);
 }
 
 TEST(Compare, ScenesOfOneFileNameAreDistinguished) {

@@ -126,6 +126,15 @@ TEST(InputHashes, DependOnEveryByteThatResultsDependOn) {
         writeText(path, old);
     }
     EXPECT_EQ(inputHashes({}, {directory / "none"})[directory / "none"], "missing");
+    const std::string obj = directory / "a.obj", mtl = directory / "a b.mtl";
+    writeText(obj, "v 0 0 0\n mtllib a b.mtl \r\nmtllib\n");
+    writeText(mtl, "newmtl m\nmap_Kd a b.png\nmap_d -clamp on c.png\n");
+    const Json named = inputHashes({obj}, {});
+    EXPECT_EQ(named.size(), 5u) << named;
+    for (const char* image : {"a b.png", "c.png"})
+        EXPECT_EQ(named[directory / image], "missing");
+    writeText(mtl, "newmtl n\n");
+    EXPECT_NE(inputHashes({obj}, {})[mtl], named[mtl]);
 }
 
 } // namespace shadowdag
