@@ -38,6 +38,14 @@ def test_kernels_of_a_device():
            "| s | maps | 2 others | 2 | 15 | | | |"])
 
 
+def test_sanitizers_of_a_device():
+    steps = [{"step": "memcheck a", "ok": True, "note": "4 passed, 0 skipped"}, {"step": "parity a", "ok": True, "note": ""},
+             {"step": "racecheck a", "ok": False, "note": "compute-sanitizer took more than 9 s"},
+             {"step": "initcheck a", "ok": False, "note": "0 of 2 failed, status 99; ERROR SUMMARY: 1945 errors"},
+             {"step": "synccheck b", "ok": False, "note": "1 of 2 failed"}]
+    equal(device.sanitizers_table(steps)[2:], ["| `a` | none, 4 passed | no time | 1,945 |  |", "| `b` |  |  |  | failed |"])
+
+
 def test_intervals():
     new = {"time_ms": 5.5, "time_ms_low": 2, "time_ms_high": 9, "time_ms_confidence": 0.978, "repeat_count": 10}
     equal(intervals.interval(new), (2, 9, 0.978))

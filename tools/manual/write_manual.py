@@ -25,7 +25,9 @@ def man_page(commands, version):
     lines = [f'.TH SHADOWDAG 1 "" "ShadowDAG {version}" "User commands"', ".SH NAME",
              "shadowdag \\- " + roff(main.summary[0].lower() + main.summary[1:].rstrip(".")), ".SH SYNOPSIS"]
     lines += [f".B shadowdag\n{roff(command.usage.removeprefix('shadowdag').strip())}\n.br" for command in commands[1:]]
-    lines += [".SH DESCRIPTION", roff(main.footer.split("\n")[-1])]
+    footer = main.footer.split("\n")[1:]
+    statuses = [match.groups() for match in map(EXIT_LINE.match, footer) if match]
+    lines += [".SH DESCRIPTION", roff(" ".join(line for line in footer if not EXIT_LINE.match(line)))]
     for command in commands:
         lines += [f".SH {roff(command.name.upper() or 'OPTIONS')}"]
         lines += [roff(command.summary) + "."] if command.name else []
@@ -37,8 +39,7 @@ def man_page(commands, version):
                 lines += [".TP", " ".join(filter(None, (names, value, "..." if option.is_repeated else ""))),
                           roff(option.help) + (". Required." if option.is_required else "")]
     lines += [".SH EXIT STATUS"]
-    for line in main.footer.split("\n")[1:-1]:
-        status, meaning = EXIT_LINE.match(line).groups()
+    for status, meaning in statuses:
         lines += [".TP", f".B {roff(status)}", roff(meaning)]
     return "\n".join(lines) + "\n"
 

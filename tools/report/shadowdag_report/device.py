@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables of a GPU in docs/results.md from what tools/gpu_check measured there.
 
-    device docs/results.md tests/bench/results/gpu.json [--check]
+    device docs/results.md tests/bench/results/gpu.json [tests/bench/results/gpu_sanitizers.json] [--check]
 
-With --check nothing is written, and the file is refused when it differs from the generated text.
+The second file is of a run of sanitizers and profiles alone, which have no time beside the rest. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import re
 
@@ -92,9 +92,24 @@ def kernels_table(profiles, most=8):
     return lines
 
 
-def text_of(results):
-    """Returns everything between the markers."""
-    steps = results["steps"]
+def sanitizers_table(steps):
+    """Returns the lines of the table of sanitizers, one row for each test program."""
+    tools = ("memcheck", "racecheck", "initcheck", "synccheck")
+    cells = {}
+    for step in steps:
+        tool, _, program = step["step"].partition(" ")
+        if tool in tools:
+            found = re.search(r"ERROR SUMMARY: (\d+)", step["note"])
+            cells.setdefault(program, {})[tool] = (
+                f'none, {step["note"].split()[0]} passed' if step["ok"] else
+                "no time" if LATE.search(step["note"]) else f"{int(found[1]):,}" if found else "failed")
+    return ["| findings in | " + " | ".join(tools) + " |", "|---|" + "---|" * len(tools),
+            *(f"| `{program}` | " + " | ".join(row.get(tool, "") for tool in tools) + " |" for program, row in cells.items())]
+
+
+def text_of(results, checks=None):
+    """Returns everything between the markers. checks: the results of sanitizers and profiles, if they are others"""
+    steps = [step for step in results["steps"] if checks is None or not re.match(r"\w+check ", step["step"])]
     passed = [step["step"] for step in steps if step["ok"]]
     late = [step["step"] for step in steps if not step["ok"] and LATE.search(step["note"])]
     failed = [step["step"] for step in steps if not step["ok"] and step["step"] not in late]
@@ -106,21 +121,24 @@ def text_of(results):
              "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
              f'Million rays a second of the whole device at {results["rays"][0]["resolution"]}^3. Ours are the bits of the CPU; of NanoVDB\'s at most 0.5 % may differ:', "",
              *rays_table(results["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
-    if results.get("profiles"):
+    if checks is not None:
+        lines += [f'Sanitizers of CUDA over tests of parity, at commit {checks["commit"]}:', "",
+                  *sanitizers_table(checks["steps"]), ""]
+    if (checks or results).get("profiles"):
         lines += ["Kernels of one warm frame, measured one by one by ncu: their throughput of device memory, the warps that an SM "
-                  "has of those that fit, and the lanes of 32 that work:", "", *kernels_table(results["profiles"]), ""]
+                  "has of those that fit, and the lanes of 32 that work:", "", *kernels_table((checks or results)["profiles"]), ""]
     return "\n".join(lines) + "\n"
 
 
 def declare(parser):
     parser.add_argument("document", help="the file that holds the marker lines")
-    parser.add_argument("results", help="the results of tools/gpu_check")
+    parser.add_argument("results", nargs="+", help="the results of tools/gpu_check, and those of its sanitizers and profiles")
     parser.add_argument("--check", action="store_true", help="write nothing; only compare")
 
 
 def run(arguments):
-    results = read_json(arguments.results)
-    with expecting(arguments.results, "the results of tools/gpu_check"):
-        text = text_of(results)
+    results = [read_json(path) for path in arguments.results]
+    with expecting(arguments.results[0], "the results of tools/gpu_check"):
+        text = text_of(*results)
     replace_marked(arguments.document, (BEGIN, END), text, arguments.check,
-                   f"the tables of {arguments.results}; write them with the command device")
+                   f"the tables of {arguments.results[0]}; write them with the command device")
