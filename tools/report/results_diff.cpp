@@ -28,7 +28,7 @@ constexpr const char* kNameKeys[] = {"part",  "scene",   "failure", "row",    "n
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes", "map_costs", "truth_images", "pictures",
                                        "broken", "warnings",  "left_out",     "disagreements"};
-/// Members that are lists in every result, of objects unless they are of kOtherLists.
+/// Members that are lists of objects; `checks` of a bench is one object.
 constexpr const char* kLists[] = {"runs",    "sequence_runs", "cells",   "checks",
                                   "mutants", "mechanisms",    "numeric", "perturbation",
                                   "rates",   "verdicts",      "lights",  "sequence_times"};
@@ -165,7 +165,7 @@ public:
         for (const auto& names :
              {std::span<const char* const>(kLists), std::span<const char* const>(kOtherLists)})
             for (const char* list : names)
-                if (results.contains(list) && !results[list].is_array())
+                if (results.contains(list) && !results[list].is_structured())
                     throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" is " +
                                                        jsonLine(results[list]) +
                                                        "; it must be a list; measure it again");
