@@ -313,6 +313,8 @@ constexpr OtherKind kOtherKinds[] = {
 // Throws for a file that is not JSON: names its kind and says how to convert it.
 void refuseOtherKinds(const Document& document, const std::vector<unsigned char>& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (const std::string why = whyNoUtf8(text.substr(0, 2)); !why.empty())
+        throw Error(ErrorKind::kInput, document.path + ": " + why);
     const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
     if (first != std::string_view::npos && text[first] == '{')
         return; // JSON, if anything
@@ -320,8 +322,6 @@ void refuseOtherKinds(const Document& document, const std::vector<unsigned char>
         throw Error(ErrorKind::kInput, document.path +
                                            " starts with a JSON list; a glTF file is a JSON "
                                            "object; name a .glb or .gltf file");
-    if (const std::string why = whyNoUtf8(text.substr(0, 2)); !why.empty())
-        throw Error(ErrorKind::kInput, document.path + ": " + why);
     const std::string extension = lowerCaseExtension(document.path);
     const std::string convert = "; convert it: import it into Blender and export glTF 2.0, or "
                                 "assimp export FILE OUT.glb";
