@@ -58,6 +58,8 @@ std::optional<SceneKind> otherKindOf(const std::string& path, const std::vector<
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
     const char begin = first == std::string_view::npos ? '\0' : text[first];
+    if (!whyNoUtf8(text.substr(0, 2)).empty())
+        return SceneKind{"", lowerCaseExtension(path), false};
     if (text.starts_with("glTF") || begin == '{')
         return std::nullopt;
     if (begin == '[')

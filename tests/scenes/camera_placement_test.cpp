@@ -248,11 +248,9 @@ TEST(CameraPlacement, LooksAtLitSurfaces) {
 }
 
 TEST(CameraPlacement, SceneWithoutVolumeStillGetsACamera) {
-    for (const Scene& scene :
-         {test::room({0, 0, 0}, {8, 0, 5}), test::room({1, 1, 1}, {1, 1, 1})}) {
-        const World world(scene, {});
-        expectSound(placeCamera(world), world.boundsWorld());
-    }
+    const Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // World refuses one without an area
+    const World world(scene, {});
+    expectSound(placeCamera(world), world.boundsWorld());
 }
 
 TEST(CameraPlacement, RealScenesGetASoundCameraTwiceTheSame) {
