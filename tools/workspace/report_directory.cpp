@@ -66,6 +66,16 @@ void refuseDamaged(const std::string& directory, const std::string& name,
                                            directory + remedy);
 }
 
+/// Returns whether the directory contains a report, or a part of one, of this program.
+bool holdsReport(const std::string& directory) {
+    return holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
+           holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
+           std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds),
+                       [&](const std::string& kind) {
+                           return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
+                       });
+}
+
 /// Throws Error kUsage if `partial` is there and this program did not write it; kInput if its
 /// journal is damaged.
 void refuseForeignPartial(const std::string& directory) {
@@ -76,8 +86,9 @@ void refuseForeignPartial(const std::string& directory) {
     if (!fs::is_directory(partial))
         refuseForeign(directory, "partial");
     refuseDamaged(directory, "partial/journal.json", "/partial to measure again");
-    if (fs::exists(directory + "/partial/old") || fs::exists(directory + "/partial/done"))
-        return; // of --join, which has no journal
+    if (holdsReport(directory) || fs::exists(directory + "/partial/old") ||
+        fs::exists(directory + "/partial/done"))
+        return; // of a run that was killed before its journal, or of --join, which has none
     for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
         if (!entry.is_directory(ignored))
             refuseForeign(directory, "partial");
@@ -98,12 +109,7 @@ std::string namingText(const std::string& directory) {
 /// named by its JSON files or its page.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
-    const bool isOurs =
-        holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
-        holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-        std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds), [&](const std::string& kind) {
-            return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
-        });
+    const bool isOurs = holdsReport(directory);
     for (const std::string& name : reportParts())
         if (!isOurs && name.ends_with(".json"))
             refuseDamaged(directory, name,
@@ -180,11 +186,13 @@ void undoSwap(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     if (!fs::exists(old))
         return;
+    bool isReached = true; // by the swap, which goes in this order: what is new is moved
     for (const std::string& name : reportParts()) {
         const std::string target = directory + "/" + name, fresh = partial + "/" + name;
         const bool wasThere = fs::exists(old + "/" + name);
+        isReached = isReached && !fs::exists(fresh);
         // Without charts there are no files at their places.
-        const bool isFresh = wasThere || (!fs::exists(fresh) && name != "charts");
+        const bool isFresh = wasThere || (isReached && name != "charts");
         if (isFresh && fs::exists(target)) {
             std::error_code ignored; // a folder that was given the rights of an older one
             if (fs::is_directory(target))

@@ -145,7 +145,7 @@ TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
     const std::string asset = builtAsset(directory), grid = directory / "g.vdb";
     ASSERT_EQ(runShadowdag(directory, {"export", asset, "-o", grid}).status, 0);
     writeText(directory / "broken.vdb", readText(grid).substr(0, 2000));
-    writeText(directory / "broken.nvdb", "this is no grid");
+    writeText(directory / "broken.nvdb", std::string(64, 'x')); // longer than a header
     writeText(directory / "broken.svdag", "this is no asset");
     struct Wrong {
         std::vector<std::string> arguments;

@@ -200,7 +200,7 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
          {{"figures", directory / "r.json", "-o", ""}, 1, "'': "},
          {{"figures", directory / "r.json", "-o", out, "--figure", ""}, 1, "--figure ''"},
          {{"figures", directory / "s.json", "-o", out}, 2, "contains no data for figures"},
-         {{"figures", directory / "s.json", "-o", "/proc"}, 3, "/proc/charts.json: cannot be"},
+         {{"figures", directory / "s.json", "-o", "/proc"}, 3, "cannot create '/proc/"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "dag",
            "--maps-per-light", "4"},
           1,
