@@ -194,11 +194,15 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     updateLightsAndCameras();
 }
 
-/// Throws unless a triangle has an area, or moves and may get one. As float, as it is drawn.
+/// Throws unless a triangle has an area, or moves and may get one. As float, as it is drawn; but
+/// where floats are coarser than a tenth, they cannot tell.
 void World::refuseWithoutArea() const {
     for (uint32_t t = 0; t < triangles_.size(); ++t) {
         const glm::vec3 a = positions_[triangles_[t].x];
+        constexpr float kCoarse = 1e6f;
+        const glm::vec3 size = glm::abs(a);
         if (instances_[triangleInstance_[t]].isMoving ||
+            glm::max(size.x, glm::max(size.y, size.z)) > kCoarse ||
             glm::cross(positions_[triangles_[t].y] - a, positions_[triangles_[t].z] - a) !=
                 glm::vec3(0.0f))
             return;

@@ -231,15 +231,10 @@ TEST(LightPlacement, LightsHangInsideOfSealedRooms) {
     }
 }
 
-TEST(LightPlacement, FlatAndDegenerateScenesStillGetTheirLights) {
-    Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
+TEST(LightPlacement, FlatScenesStillGetTheirLights) {
+    const Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
     for (const Light& light : placeLights(World(scene, {}), 10, 1)) {
         EXPECT_TRUE(std::isfinite(light.positionWorld.x));
-        EXPECT_GT(light.rangeWorld, 0.0f);
-    }
-    scene = test::room({1, 1, 1}, {1, 1, 1}); // a point
-    for (const Light& light : placeLights(World(scene, {}), 10, 1)) {
-        EXPECT_EQ(light.positionWorld, glm::vec3(1.0f));
         EXPECT_GT(light.rangeWorld, 0.0f);
     }
 }
