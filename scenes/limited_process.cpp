@@ -24,13 +24,6 @@ namespace {
 
 constexpr int kUncaught = 255;
 
-void lowerLimitTo(__rlimit_resource resource, uint64_t value) {
-    struct rlimit limit {};
-    getrlimit(resource, &limit);
-    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, value);
-    setrlimit(resource, &limit);
-}
-
 /// Returns what counts for RLIMIT_DATA ("VmData:", which statm gives with the stack) or RLIMIT_AS
 /// ("VmSize:") of this process already; 0 if that cannot be read. Source: proc(5), "status".
 uint64_t ownBytes(const std::string& field) {
@@ -72,15 +65,15 @@ void confine(int& out, pid_t parent, const ProcessLimits& limits, uint64_t dataB
     ::dup2(null, STDOUT_FILENO);
 #if !defined(SDAG_SANITIZED) // whose reports go there
     ::dup2(null, STDERR_FILENO);
-    lowerLimitTo(RLIMIT_DATA, dataBytes + limits.memoryBytes);
+    lowerLimit(RLIMIT_DATA, dataBytes + limits.memoryBytes);
 #else
     (void)dataBytes;
 #endif
     if (out > STDERR_FILENO + 1)
         close_range(STDERR_FILENO + 1, unsigned(out) - 1, 0);
     close_range(unsigned(out) + 1, ~0u, 0);
-    lowerLimitTo(RLIMIT_CPU, limits.cpuSeconds);
-    lowerLimitTo(RLIMIT_CORE, 0);
+    lowerLimit(RLIMIT_CPU, limits.cpuSeconds);
+    lowerLimit(RLIMIT_CORE, 0);
 }
 
 void writeAll(int fd, const void* data, size_t byteCount) {
@@ -139,6 +132,13 @@ private:
 };
 
 } // namespace
+
+void lowerLimit(int resource, uint64_t value) {
+    struct rlimit limit {};
+    getrlimit(__rlimit_resource(resource), &limit);
+    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, value);
+    setrlimit(__rlimit_resource(resource), &limit);
+}
 
 ProcessEnd runInProcess(const std::string& what, const ProcessLimits& limits,
                         const std::function<int(const ByteSink& write)>& work) {

@@ -26,6 +26,10 @@ struct ProcessEnd {
     std::string tighterMemoryLimit = {}; ///< "ulimit -v" if that left less than memoryBytes; or ""
 };
 
+/// Lowers a soft limit of this process, which stays where it is lower already.
+/// @param resource such as RLIMIT_CPU
+void lowerLimit(int resource, uint64_t value);
+
 /// Passes bytes to the process that waits.
 using ByteSink = std::function<void(const void* data, size_t byteCount)>;
 

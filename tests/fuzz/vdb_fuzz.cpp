@@ -2,6 +2,7 @@
 // OpenVDB's files, read in a process of its own within its limits, as `import` does: OpenVDB's
 // reader may crash on a damaged file, and only that process with it.
 #include "cuda/error.h"
+#include "scenes/limited_process.h"
 #include "tests/fuzz/grid_files.h"
 #include "voxel/vdb_file.h"
 
@@ -18,13 +19,6 @@ namespace {
 
 /// Status of the process for an exception that would end the program; sanitizers exit with 1.
 constexpr int kUncaught = 9;
-
-void lowerLimit(__rlimit_resource resource, uint64_t value) {
-    struct rlimit limit {};
-    getrlimit(resource, &limit);
-    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, value);
-    setrlimit(resource, &limit);
-}
 
 /// Reads the file and ends this process: 0 for a grid or a refusal, 3 for memory that is short,
 /// which the limits make of a damaged file.

@@ -15,16 +15,10 @@ namespace {
 
 using test::GltfParts;
 using test::morphedFile;
+using test::readParts;
 using test::skinnedFile;
 using test::TemporaryFolder;
 using testing::HasSubstr;
-
-Scene readParts(const GltfParts& parts) {
-    const TemporaryFolder folder;
-    Scene scene = readGltf(folder.write("t.glb", parts.glb()));
-    test::expectSound(scene, "t.glb");
-    return scene;
-}
 
 std::string messageOf(const GltfParts& parts) {
     try {

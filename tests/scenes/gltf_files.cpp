@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/scenes/gltf_files.h"
 
+#include "scenes/gltf.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -133,6 +135,27 @@ GltfParts morphedFile() {
         .set("animations", R"([{"channels":[{"sampler":0,"target":{"node":2,"path":"weights"}}],)"
                            R"("samplers":[{"input":4,"output":5}]}])");
     return parts;
+}
+
+Scene readParts(const GltfParts& parts) {
+    const TemporaryFolder folder;
+    Scene scene = readGltf(folder.write("t.glb", parts.glb()));
+    expectSound(scene, "t.glb");
+    return scene;
+}
+
+std::string maskOf(const Scene& scene, size_t material) {
+    const int index = scene.materials.at(material).alphaMask;
+    if (index == kNone)
+        return "opaque";
+    const AlphaMask& mask = scene.alphaMasks.at(size_t(index));
+    std::string text;
+    for (uint32_t y = 0; y < mask.height; ++y) {
+        text += y ? "/" : "";
+        for (uint32_t x = 0; x < mask.width; ++x)
+            text += mask.isOpaque(x, y) ? '#' : '.';
+    }
+    return text;
 }
 
 void expectSound(const Scene& scene, const std::string& name) {

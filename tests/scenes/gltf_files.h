@@ -60,6 +60,13 @@ GltfParts skinnedFile();
 /// Weights go from (0, 1) to (1, 0.5) within 2 s.
 GltfParts morphedFile();
 
+/// Returns the scene of a file that must be read, and be sound.
+Scene readParts(const GltfParts& parts);
+
+/// Returns the mask of a material as rows of # and ., from the top, with / between them; "opaque"
+/// if it has none.
+std::string maskOf(const Scene& scene, size_t material);
+
 /// Fails the current test when an index is out of range, the nodes are no forest or a number is not
 /// finite: what Scene promises.
 void expectSound(const Scene& scene, const std::string& name);

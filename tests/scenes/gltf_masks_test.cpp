@@ -18,6 +18,7 @@ namespace shadowdag {
 namespace {
 
 using test::GltfParts;
+using test::readParts;
 using testing::HasSubstr;
 
 /// Two by two texels of alpha 255, 128 / 51, 0, from a file that this test wrote by hand (zlib's
@@ -81,13 +82,6 @@ GltfParts boardFile(const std::string& image = greyAlphaPng()) {
     return parts;
 }
 
-Scene readParts(const GltfParts& parts) {
-    const test::TemporaryFolder folder;
-    Scene scene = readGltf(folder.write("t.glb", parts.glb()));
-    test::expectSound(scene, "t.glb");
-    return scene;
-}
-
 std::string messageOf(const GltfParts& parts) {
     const test::TemporaryFolder folder;
     try {
@@ -100,19 +94,9 @@ std::string messageOf(const GltfParts& parts) {
     return "no error";
 }
 
-/// The mask of material 0 as rows of # and ., or "opaque".
+/// The mask of the file's material 0, which follows that of triangles without one.
 std::string maskOf(const Scene& scene) {
-    const int index = scene.materials.at(1).alphaMask;
-    if (index == kNone)
-        return "opaque";
-    const AlphaMask& mask = scene.alphaMasks.at(size_t(index));
-    std::string text;
-    for (uint32_t y = 0; y < mask.height; ++y) {
-        text += y ? "/" : "";
-        for (uint32_t x = 0; x < mask.width; ++x)
-            text += mask.isOpaque(x, y) ? '#' : '.';
-    }
-    return text;
+    return test::maskOf(scene, 1);
 }
 
 std::string materialOf(const std::string& members, const std::string& texture = R"("index":0)") {

@@ -22,16 +22,10 @@ namespace shadowdag {
 namespace {
 
 using test::GltfParts;
+using test::readParts;
 using test::TemporaryFolder;
 using test::triangleFile;
 using testing::HasSubstr;
-
-Scene readParts(const GltfParts& parts) {
-    const TemporaryFolder folder;
-    Scene scene = readGltf(folder.write("t.glb", parts.glb()));
-    test::expectSound(scene, "t.glb");
-    return scene;
-}
 
 std::string messageOf(const std::string& fileName, const std::string& content) {
     const TemporaryFolder folder;

@@ -13,6 +13,7 @@ namespace shadowdag {
 namespace {
 
 using test::GltfParts;
+using test::readParts;
 using testing::HasSubstr;
 
 std::string pngOf(uint32_t width, uint32_t height, const std::vector<uint8_t>& rgb) {
@@ -63,13 +64,6 @@ GltfParts boardFile(const std::string& image = fourTexels()) {
         {"scenes", R"([{"nodes":[0,1,2]}])"},
     };
     return parts;
-}
-
-Scene readParts(const GltfParts& parts) {
-    const test::TemporaryFolder folder;
-    Scene scene = readGltf(folder.write("t.glb", parts.glb()));
-    test::expectSound(scene, "t.glb");
-    return scene;
 }
 
 TEST(GltfTextures, AMaterialHasItsTextureAndFactor) {

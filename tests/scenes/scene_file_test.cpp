@@ -224,19 +224,8 @@ std::string pngOf(int channelCount, const std::vector<uint8_t>& texels) {
     return bytes;
 }
 
-/// Returns the mask of the last material as rows of # and ., from the top, or "opaque".
 std::string maskOf(const Scene& scene) {
-    const int index = scene.materials.back().alphaMask;
-    if (index == kNone)
-        return "opaque";
-    const AlphaMask& mask = scene.alphaMasks.at(size_t(index));
-    std::string text;
-    for (uint32_t y = 0; y < mask.height; ++y) {
-        text += y ? "/" : "";
-        for (uint32_t x = 0; x < mask.width; ++x)
-            text += mask.isOpaque(x, y) ? '#' : '.';
-    }
-    return text;
+    return test::maskOf(scene, scene.materials.size() - 1);
 }
 
 TEST_F(OtherScenes, MaterialsOfObjHaveTheirColours) {

@@ -373,10 +373,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (costs.table && !experiment.isSequence && usesMapCosts(asked))
         for (size_t i = 0; i < names.size(); ++i)
             for (uint32_t view = 0; view < experiment.viewCount; ++view)
-                requireCosts(*costs.table, options.costs,
-                             {experiment.viewCount > 1
-                                  ? names[i] + " " + experiment.viewCamera(view)
-                                  : names[i]},
+                requireCosts(*costs.table, options.costs, {experiment.viewName(names[i], view)},
                              share.frames(experiment, i, view));
     if (options.resume)
         refuseFinished(options.output);
@@ -451,7 +448,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             Experiment ofView = experiment;
             ofView.camera = experiment.viewCamera(view);
             if (experiment.viewCount > 1)
-                workspace.setView(ofView.camera, names[i] + " " + ofView.camera);
+                workspace.setView(ofView.camera, experiment.viewName(names[i], view));
             const LoadedScene& scene = workspace.scene();
             ofView.thresholds = thresholdsOn(workspace, experiment);
             const std::vector<RunParameters> runs = configurations(ofView, resolutions, fullCount);

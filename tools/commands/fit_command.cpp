@@ -209,9 +209,10 @@ void checkOutputs(const FitOptions& options, const std::string& experimentPath,
     };
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         refuse(1);
-    for (size_t file = 2; file < files.size(); ++file)
-        if (fs::exists(files[file].second) && !isResultOfFit(options.output))
-            refuse(file);
+    if (!isResultOfFit(options.output))
+        for (size_t file = 2; file < files.size(); ++file)
+            if (fs::exists(files[file].second))
+                refuse(file);
     for (size_t a = 0; a < files.size(); ++a)
         for (size_t b = a + 1; b < files.size(); ++b)
             if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))

@@ -2,6 +2,7 @@
 // `shadowdag import`: makes an asset from the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
 #include "scenes/input_file.h"
+#include "scenes/limited_process.h"
 #include "scenes/output_file.h"
 #include "scenes/output_target.h"
 #include "tools/commands/commands.h"
@@ -20,7 +21,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -47,13 +47,6 @@ VdbLimits limitsOf(const ImportOptions& options) {
     const uintmax_t bytes = std::filesystem::file_size(options.input, ignored);
     return vdbLimits(ignored ? 0 : bytes,
                      std::filesystem::path(options.input).extension() == ".nvdb");
-}
-
-void lowerLimit(__rlimit_resource resource, uint64_t value) {
-    struct rlimit limit {};
-    getrlimit(resource, &limit);
-    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, value);
-    setrlimit(resource, &limit);
 }
 
 /// Limits this process, whose memory and time a damaged file may waste. Not with sanitizers, which

@@ -127,6 +127,10 @@ std::string Experiment::viewCamera(uint32_t view) const {
     return view == 0 ? "auto" : "auto-" + std::to_string(view + 1);
 }
 
+std::string Experiment::viewName(const std::string& scene, uint32_t view) const {
+    return viewCount > 1 ? scene + " " + viewCamera(view) : scene;
+}
+
 void refuseCameraOfViews(const Experiment& e, const std::string& by, const std::string& camera) {
     if (e.viewCount > 1 && !e.camera.empty() && e.camera != "auto")
         throw Error(ErrorKind::kUsage, by + " and " + camera + " '" + e.camera +

@@ -70,6 +70,9 @@ struct Experiment {
     /// Returns the camera of a view, as --camera takes it: `camera` if there is one view, else
     /// auto, auto-2 and so on. @param view less than viewCount
     std::string viewCamera(uint32_t view) const;
+    /// Returns the name of a scene in a view, in results and costs: with the camera if there are
+    /// several views.
+    std::string viewName(const std::string& scene, uint32_t view) const;
     /// Returns the exposure of pictures; if it is automatic, that of `linear`.
     float exposureOf(const std::vector<glm::vec3>& linear) const;
 };

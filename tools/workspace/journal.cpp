@@ -29,9 +29,12 @@ std::optional<std::string> fileBytes(const std::string& path) {
     return readInput(path, {kMaxHashedBytes}, why);
 }
 
-std::string hashOfFile(const std::string& path) {
-    const std::optional<std::string> bytes = fileBytes(path);
+std::string hashOf(const std::optional<std::string>& bytes) {
     return bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
+}
+
+std::string hashOfFile(const std::string& path) {
+    return hashOf(fileBytes(path));
 }
 
 /// Returns the text of a URI with its %XX decoded.
@@ -96,11 +99,6 @@ std::string textOf(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Returns the hash of a journal's parts, which notices what was damaged or edited.
-std::string partsHash(const std::string& text) {
-    return hashText(contentHash(text.data(), text.size()));
-}
-
 /// Returns whether a value names a picture that is not whole in the folder or in its `images`.
 bool namesAbsentPicture(const Json& value, const std::string& folder) {
     if (value.is_string()) {
@@ -123,7 +121,7 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
             continue;
         }
         const std::optional<std::string> bytes = fileBytes(scene);
-        hashes[scene] = bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
+        hashes[scene] = hashOf(bytes);
         if (!bytes)
             continue;
         for (const std::string& file : referredFiles(scene, *bytes))
@@ -191,7 +189,7 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
                         "or delete " +
                         std::filesystem::path(path_).parent_path().string() +
                         " with its finished parts");
-    if (found.value("parts_hash", Json()) != partsHash(textOf(found["parts"])))
+    if (found.value("parts_hash", Json()) != hashOf(textOf(found["parts"])))
         throw Error(ErrorKind::kInput, path_ + ": its parts were damaged or edited; delete it to "
                                                "measure again");
     content_["parts"] = std::move(found["parts"]);
@@ -223,7 +221,7 @@ void Journal::save() const {
     OutputFile file(path_);
     const std::string parts = textOf(content_["parts"]);
     file.write("{\"key\":" + textOf(content_["key"]) + ",\"parts\":" + parts +
-               ",\"parts_hash\":\"" + partsHash(parts) + "\"}");
+               ",\"parts_hash\":\"" + hashOf(parts) + "\"}");
     file.commit();
     if (!content_["parts"].empty())
         noteFinishedParts();

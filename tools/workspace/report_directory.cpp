@@ -109,14 +109,15 @@ std::string namingText(const std::string& directory) {
 /// named by its JSON files or its page.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
-    const bool isOurs = holdsReport(directory);
-    for (const std::string& name : reportParts())
-        if (!isOurs && name.ends_with(".json"))
-            refuseDamaged(directory, name,
-                          "/" + name + " if you do not need it, or choose another directory");
-    for (const std::string& name : reportParts())
-        if (!isOurs && fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
-            refuseForeign(directory, name);
+    if (!holdsReport(directory)) {
+        for (const std::string& name : reportParts())
+            if (name.ends_with(".json"))
+                refuseDamaged(directory, name,
+                              "/" + name + " if you do not need it, or choose another directory");
+        for (const std::string& name : reportParts())
+            if (fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
+                refuseForeign(directory, name);
+    }
     std::string text;
     for (const char* folder : {"images", "charts"})
         for (fs::recursive_directory_iterator entry(directory + "/" + folder, ignored), end;

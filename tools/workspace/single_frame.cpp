@@ -112,9 +112,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
         if (model_->needsCosts()) {
             std::vector<std::string> names;
             for (uint32_t view = 0; view < experiment.viewCount; ++view)
-                names.push_back(
-                    sceneNames({sceneArgument}).front() +
-                    (experiment.viewCount > 1 ? " " + experiment.viewCamera(view) : ""));
+                names.push_back(experiment.viewName(sceneNames({sceneArgument}).front(), view));
             requireCosts(*costs_.table, method.costs, names, experiment.frames);
         }
     }
