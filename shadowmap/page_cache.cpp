@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/page_cache.h"
 
+#include "cuda/fill_pass.h"
 #include "cuda/mutant.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
@@ -226,18 +227,18 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
     runPass(backend_, CarryPages{maps, startBefore_.view(), std::as_const(tableBefore_).view(),
                                  pageTable_.view()});
-    if (movedBefore_.size()) {
-        zero(marked_, pageTable_.size() / 32);
+    const size_t poolPages = pageStamps_.size();
+    marked_.resize(movedBefore_.size() ? pageTable_.size() / 32 : 0);
+    pageKeys_.resize(poolPages);
+    keptPerMap_.resize(maps.count);
+    keptCounts_.resize(kKeptPageCounts);
+    fillAll(backend_, {marked_, pageKeys_, keptPerMap_, keptCounts_});
+    if (movedBefore_.size())
         runPass(backend_,
                 MarkUnder{maps, slots_.view(), std::as_const(drawnDepths_).view(),
                           std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
-    }
-    const size_t poolPages = pageStamps_.size();
-    zero(pageKeys_, poolPages);
     pageEntries_.resize(poolPages);
     missing_.resize(needed.count);
-    zero(keptPerMap_, maps.count);
-    zero(keptCounts_, kKeptPageCounts);
     runPass(backend_,
             SortOutPages{maps, needed, std::as_const(marked_).view(), pageTable_.view(),
                          pageStamps_.view(), pageKeys_.view(), pageEntries_.view(), missing_.view(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/frame_shading.h"
 
+#include "cuda/fill_pass.h"
 #include "cuda/mutant.h"
 
 #include <algorithm>
@@ -91,10 +92,10 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
                                    const DrawnMaps& maps, const FrameOptions& options) {
     color_.resize(surface.view().count());
     for (Buffer<uint32_t>* counts : {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_,
-                                     &moverTestCount_, &exactCount_}) {
+                                     &moverTestCount_, &exactCount_})
         counts->resize(clusters.clusters().cell.size());
-        counts->fill(0);
-    }
+    fillAll(context_.backend, {rayCount_, lookupCount_, provenCount_, missingTapCount_,
+                               moverTestCount_, exactCount_});
     FrameScene& scene = context_.scene;
     const float offset = options.rays.offset, bias = options.bias.constantTexels;
     RayOptions rays = options.rays;
