@@ -143,8 +143,8 @@ private:
         }
         if (masks.faces.empty())
             return;
-        atomicOrRelaxed(&masks.faces[mapIndex], 1u << face);
-        atomicMaxRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
+        orOnceRelaxed(&masks.faces[mapIndex], 1u << face);
+        raiseOnceRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
         const CellRect cells = cellsOf(rect);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
         const uint32_t row = (~0u >> (31 - cells.u1)) & (~0u << cells.u0);
