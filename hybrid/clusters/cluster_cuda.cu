@@ -11,16 +11,28 @@ namespace shadowdag {
 
 namespace {
 
-// One warp per tile: the other lanes read what one lane counts after the barrier.
+// One warp per tile: the other lanes read what one lane counts after the barrier. The loads of
+// several blocks are under way at once.
 __global__ void fillTilesKernel(FillTile work) {
+    constexpr uint32_t kAtOnce = 8;
+    static_assert(FillTile::kBlockCount % kAtOnce == 0);
     const size_t tile = warpOfGrid();
     if (tile >= work.grid.tileCount())
         return;
-    for (uint32_t block = 0; block < FillTile::kBlockCount; ++block) {
-        const FillTile::Placed placed = work.place(tile, block, threadIdx.x % kGroupLanes);
-        __syncwarp();
-        work.advance(placed);
-        __syncwarp();
+    const uint32_t lane = laneOfWarp();
+    for (uint32_t first = 0; first < FillTile::kBlockCount; first += kAtOnce) {
+        uint32_t clusters[kAtOnce], same[kAtOnce];
+        for (uint32_t k = 0; k < kAtOnce; ++k)
+            clusters[k] = work.find(tile, first + k, lane);
+        for (uint32_t k = 0; k < kAtOnce; ++k)
+            same[k] = lanesWithSame(clusters[k]);
+        for (uint32_t k = 0; k < kAtOnce; ++k) {
+            const FillTile::Placed placed = work.place(tile, first + k, lane, clusters[k],
+                                                       lanesBefore(same[k]), same[k] >> lane == 1);
+            __syncwarp();
+            work.advance(placed);
+            __syncwarp();
+        }
     }
 }
 
