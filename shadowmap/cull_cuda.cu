@@ -14,11 +14,13 @@ namespace {
 /// CullView::query; what a lane gets counts where isReached.
 template <class Reach>
 __device__ void queryByWarp(const CullView& cull, size_t i, const Reach& reach) {
-    const uint32_t part = uint32_t(i % cull.parts());
-    const ShadowMapInfo& map = cull.maps[i / cull.parts()];
+    const BvhParts parts = partsOf(cull.batches.bvh);
+    const uint32_t part = uint32_t(i % parts.count);
+    const ShadowMapInfo& map = cull.maps[i / parts.count];
     const BatchView& batches = cull.batches;
     traverseByWarp(
-        batches.bvh, part, part + 1, [&](const Box& box) { return reachesMap(map, box); },
+        batches.bvh, parts.level, part, part + 1,
+        [&](const Box& box) { return reachesMap(map, box); },
         [&](uint32_t first, uint32_t bits) {
             const uint32_t batch =
                 bits >> laneOfWarp() & 1u ? batches.bvh.items[first + laneOfWarp()] : kNoBvhItem;

@@ -117,7 +117,7 @@ template <class Work, class Hit>
 __device__ void forLightsByWarp(const Work& work, size_t cluster, const Hit& hit) {
     const Box box = work.boxesWorld[cluster];
     traverseByWarp(
-        work.lightBvh, 0, topBoxCount(work.lightBvh),
+        work.lightBvh, work.lightBvh.levelCount - 1, 0, topBoxCount(work.lightBvh),
         [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t first, uint32_t bits) {
             const uint32_t light =
