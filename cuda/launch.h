@@ -41,4 +41,16 @@ void launch(void (*kernel)(Parameters...), size_t blockCount,
     launchBlocks(kernel, blockCount, kBlockThreads, arguments...);
 }
 
+/// Enough warps to hide latency; more would only queue.
+constexpr unsigned kBlocksPerProcessor = 8;
+
+/// Returns as many blocks as fill the device, for kernels that share items whose number the host
+/// does not know.
+inline size_t fillingBlocks() {
+    int device = 0, processorCount = 0;
+    CUDA_CHECK(cudaGetDevice(&device));
+    CUDA_CHECK(cudaDeviceGetAttribute(&processorCount, cudaDevAttrMultiProcessorCount, device));
+    return size_t(processorCount) * kBlocksPerProcessor;
+}
+
 } // namespace shadowdag

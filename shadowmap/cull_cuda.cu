@@ -176,6 +176,13 @@ __global__ void countPagesOfMapsKernel(CountPagesOfMaps work) {
         work.counts[m] = count;
 }
 
+// Only the device knows how many items there are.
+template <class Work> __global__ void shareItemsKernel(Work work) {
+    const size_t count = work.itemCount(), threadCount = gridDim.x * size_t(blockDim.x);
+    for (size_t i = blockIdx.x * size_t(blockDim.x) + threadIdx.x; i < count; i += threadCount)
+        work(i);
+}
+
 static_assert(kProjectionMapSize == kGroupLanes); // a lane a cell of a row
 
 // One warp per row of cells.
@@ -227,6 +234,14 @@ void launchPass(CudaTag, const SortOutPages& work) {
 
 void launchPass(CudaTag, const AssignPages& work) {
     launch(assignPagesKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const ClearPages& work) {
+    launch(shareItemsKernel<ClearTexels>, fillingBlocks(), ClearTexels{work});
+}
+
+void launchPass(CudaTag, const ResetCells& work) {
+    launch(shareItemsKernel<ResetRow>, fillingBlocks(), ResetRow{work});
 }
 
 void launchPass(CudaTag, const CountPagesOfMaps& work) {

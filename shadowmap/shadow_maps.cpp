@@ -284,6 +284,7 @@ struct ShadowMaps::State {
         const std::vector<uint32_t> first = firstPage.download();
         const std::vector<CullCounts> found = cullCounts.download();
         counts.unsplitTriangleCount = largeTriangles.grow();
+        cache.count(counts);
         isCounted = true; // not earlier, so that a failed download can be repeated
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
