@@ -179,8 +179,6 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
     std::swap(pageTable_, tableBefore_);
     pageTable_.resize(wordCount * 32);
     marked_.resize(0);
-    movedBefore_.resize(0);
-    movedNow_.resize(0);
 }
 
 void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches) {

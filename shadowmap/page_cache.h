@@ -33,8 +33,8 @@ public:
     void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
                uint64_t& wordCount, const ShadowMapOptions& options, bool keeps);
 
-    /// Stores which batches moved since the last frame. Call between begin and allocate, only when
-    /// it keeps.
+    /// Stores which batches moved since the last frame. Call before begin, of frames that may keep
+    /// maps.
     void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches);
 
     /// Allocates the needed pages, and clears the new ones.
