@@ -105,7 +105,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
     filter.constantTexels = mutated(Mutant::kMapBiasZero, bias, 0.0f);
     filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
     filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
-    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail());
+    const bool servesRays = maps.serves(ServedBy::kRays);
+    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -122,8 +123,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             moverTestCount_.view(),
             exactCount_.view(),
             {},
-            needsOf(maps.serves(ServedBy::kRays), maps.serves(ServedBy::kMap),
-                    scene.world().lights(), inputs, filter.taps)};
+            needsOf(servesRays, maps.serves(ServedBy::kMap), scene.world().lights(), inputs,
+                    filter.taps)};
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {
