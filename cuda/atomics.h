@@ -41,6 +41,15 @@ SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
 #endif
 }
 
+/// Returns the current value, as other threads' atomics left it.
+SDAG_HD inline uint32_t loadRelaxed(uint32_t* target) {
+#if defined(__CUDA_ARCH__)
+    return *static_cast<const volatile uint32_t*>(target);
+#else
+    return std::atomic_ref<uint32_t>(*target).load(std::memory_order_relaxed);
+#endif
+}
+
 /// Returns the current value, or one that other threads' atomics have replaced since: what caches
 /// of a device hold. For values that change in one direction, where an old one errs on the safe
 /// side.
@@ -76,6 +85,17 @@ SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
     }
     return seen;
 #endif
+}
+
+/// As atomicOrRelaxed and atomicMaxRelaxed, for words that very many threads change, mostly to what
+/// they are already: a device then reads them at once, but changes them one after the other.
+SDAG_HD inline void orOnceRelaxed(uint32_t* target, uint32_t value) {
+    if ((loadRelaxed(target) & value) != value)
+        atomicOrRelaxed(target, value);
+}
+SDAG_HD inline void raiseOnceRelaxed(uint32_t* target, uint32_t value) {
+    if (loadRelaxed(target) < value)
+        atomicMaxRelaxed(target, value);
 }
 
 /// Lowers the target to `value` if that is smaller and returns the previous value.

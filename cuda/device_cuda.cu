@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <cstring>
 #include <mutex>
+#include <new>
+#include <vector>
 
 namespace shadowdag::device {
 
@@ -181,9 +183,47 @@ void downloadLater(void* dst, const void* src, size_t bytes) {
     CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyDeviceToHost, cudaStream_t(0)));
 }
 
+namespace {
+
+// Events that no mark uses: making and destroying one costs more than recording it, and a frame
+// takes dozens.
+class Events {
+public:
+    cudaEvent_t take() {
+        const std::lock_guard lock(mutex_);
+        if (!unused_.empty()) {
+            const cudaEvent_t event = unused_.back();
+            unused_.pop_back();
+            return event;
+        }
+        cudaEvent_t event = nullptr;
+        CUDA_CHECK(cudaEventCreate(&event));
+        return event;
+    }
+    void giveBack(cudaEvent_t event) noexcept {
+        const std::lock_guard lock(mutex_);
+        try {
+            unused_.push_back(event);
+        } catch (const std::bad_alloc&) {
+            (void)cudaEventDestroy(event);
+        }
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<cudaEvent_t> unused_;
+};
+
+// Never destroyed: marks may outlive any static object.
+Events& events() {
+    static Events* const instance = new Events;
+    return *instance;
+}
+
+} // namespace
+
 void* recordMark() {
-    cudaEvent_t event = nullptr;
-    CUDA_CHECK(cudaEventCreate(&event));
+    const cudaEvent_t event = events().take();
     const cudaError_t eventRecord = cudaEventRecord(event, cudaStream_t(0));
     if (eventRecord != cudaSuccess)
         releaseMark(event);
@@ -204,7 +244,7 @@ double msBetween(void* begin, void* end) {
 }
 
 void releaseMark(void* mark) noexcept {
-    (void)cudaEventDestroy(static_cast<cudaEvent_t>(mark));
+    events().giveBack(static_cast<cudaEvent_t>(mark));
 }
 
 void fill(void* dst, int byteValue, size_t bytes) {

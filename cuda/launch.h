@@ -12,15 +12,15 @@
 
 namespace shadowdag {
 
-/// Threads of a block, of all our kernels: four warps.
+/// Threads of a block, of nearly all our kernels: four warps.
 constexpr unsigned kBlockThreads = 128;
 
-/// Queues `blockCount` blocks of kBlockThreads threads of a kernel on the default stream, with
-/// copies of the arguments; nothing for no blocks. Throws Error kResource for more blocks than a
-/// device starts at once, kDevice if the runtime refuses the launch.
+/// Queues `blockCount` blocks of so many threads of a kernel on the default stream, with copies of
+/// the arguments; nothing for no blocks. Throws Error kResource for more blocks than a device
+/// starts at once, kDevice if the runtime refuses the launch.
 template <class... Parameters>
-void launch(void (*kernel)(Parameters...), size_t blockCount,
-            const std::type_identity_t<Parameters>&... arguments) {
+void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned threadCount,
+                  const std::type_identity_t<Parameters>&... arguments) {
     if (blockCount == 0)
         return;
     if (blockCount > 0x7fffffffu)
@@ -29,9 +29,28 @@ void launch(void (*kernel)(Parameters...), size_t blockCount,
                                               "at once; use fewer lights or a smaller image");
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(unsigned(blockCount));
-    config.blockDim = dim3(kBlockThreads);
+    config.blockDim = dim3(threadCount);
     config.stream = cudaStream_t(0);
     CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
+}
+
+/// The same for blocks of kBlockThreads.
+template <class... Parameters>
+void launch(void (*kernel)(Parameters...), size_t blockCount,
+            const std::type_identity_t<Parameters>&... arguments) {
+    launchBlocks(kernel, blockCount, kBlockThreads, arguments...);
+}
+
+/// Enough warps to hide latency; more would only queue.
+constexpr unsigned kBlocksPerProcessor = 8;
+
+/// Returns as many blocks as fill the device, for kernels that share items whose number the host
+/// does not know.
+inline size_t fillingBlocks() {
+    int device = 0, processorCount = 0;
+    CUDA_CHECK(cudaGetDevice(&device));
+    CUDA_CHECK(cudaDeviceGetAttribute(&processorCount, cudaDevAttrMultiProcessorCount, device));
+    return size_t(processorCount) * kBlocksPerProcessor;
 }
 
 } // namespace shadowdag

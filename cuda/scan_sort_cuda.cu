@@ -4,6 +4,7 @@
 
 #include "cuda/buffer.h"
 #include "cuda/cuda_check.h"
+#include "cuda/warp.h"
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_reduce.cuh>
@@ -69,12 +70,52 @@ template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
     giveBackLarge(scratch().values);
 }
 
+// Arrays up to this length are scanned by one block: CUB starts two kernels, which wait for each
+// other longer than the scan takes.
+constexpr size_t kOneBlockCount = 16384;
+constexpr unsigned kScanThreads = 1024, kScanWarps = kScanThreads / kGroupLanes;
+static_assert(kScanWarps == kGroupLanes); // a lane a warp's sum
+
+__global__ void __launch_bounds__(kScanThreads)
+    scanByBlockKernel(View<const uint32_t> in, View<uint32_t> out) {
+    constexpr uint32_t kOwn = 4; // consecutive elements of a thread
+    __shared__ uint32_t sums[kScanWarps];
+    const uint32_t warp = threadIdx.x / kGroupLanes;
+    uint32_t before = 0;
+    for (size_t first = 0; first < in.count; first += kOwn * kScanThreads) {
+        const size_t at = first + kOwn * threadIdx.x;
+        uint32_t own[kOwn], sum = 0;
+        for (uint32_t k = 0; k < kOwn; ++k) {
+            own[k] = at + k < in.count ? in[at + k] : 0;
+            sum += own[k];
+        }
+        const uint32_t upTo = sumUpToLane(sum);
+        if (laneOfWarp() == kGroupLanes - 1)
+            sums[warp] = upTo;
+        __syncthreads();
+        const uint32_t upToWarp = sumUpToLane(sums[laneOfWarp()]);
+        const uint32_t ofWarps = __shfl_sync(kAllLanes, upToWarp, int(warp)) - sums[warp];
+        uint32_t next = before + ofWarps + upTo - sum;
+        for (uint32_t k = 0; k < kOwn; ++k) {
+            if (at + k < in.count)
+                out[at + k] = next;
+            next += own[k];
+        }
+        before += __shfl_sync(kAllLanes, upToWarp, int(kGroupLanes) - 1);
+        __syncthreads();
+    }
+}
+
 } // namespace
 
 void prefixSums(CudaTag, View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     if (in.count == 0)
         return;
+    if (in.count <= kOneBlockCount) {
+        launchBlocks(scanByBlockKernel, 1, kScanThreads, in, out);
+        return;
+    }
     runCub([&](void* memory, size_t& bytes) {
         return cub::DeviceScan::ExclusiveSum(memory, bytes, in.data, out.data, in.count);
     });

@@ -49,9 +49,6 @@ private:
 };
 
 #if defined(__CUDACC__)
-/// Enough warps to hide latency; more would only queue.
-constexpr unsigned kBlocksPerProcessor = 8;
-
 /// A warp takes up to 32 parts at a time, far apart from each other: consecutive parts of one
 /// triangle go to different warps. Only the device knows how many there are. Each lane
 /// asks about one of them; those that are wanted are done by all lanes together.
@@ -99,11 +96,7 @@ template <class Tag, class F> void parallelForParts(const SplitWorkView& work, c
             1);
     } else {
 #if defined(__CUDACC__)
-        int device = 0, processorCount = 0;
-        CUDA_CHECK(cudaGetDevice(&device));
-        CUDA_CHECK(cudaDeviceGetAttribute(&processorCount, cudaDevAttrMultiProcessorCount, device));
-        launch(sharePartsKernel<Tag, F>, unsigned(processorCount) * kBlocksPerProcessor, work,
-               functor);
+        launch(sharePartsKernel<Tag, F>, fillingBlocks(), work, functor);
 #else
         static_assert(std::is_same_v<Tag, CpuTag>,
                       "CUDA passes are instantiated in .cu files only");

@@ -85,6 +85,20 @@ __device__ inline uint32_t lanesBefore(uint32_t bits) {
     return uint32_t(__popc(bits & ((1u << laneOfWarp()) - 1)));
 }
 
+/// Returns the lanes that have the same value as this one, itself included; all lanes of a warp
+/// call it.
+__device__ inline uint32_t lanesWithSame(uint32_t value) {
+    uint32_t same = 0;
+    for (uint32_t rest = kAllLanes; rest != 0;) {
+        const uint32_t other = __shfl_sync(kAllLanes, value, __ffs(int(rest)) - 1);
+        const uint32_t having = __ballot_sync(kAllLanes, value == other);
+        if (value == other)
+            same = having;
+        rest &= ~having;
+    }
+    return same;
+}
+
 /// Calls process(lane, i) for each of the elements [0, count) that every lane has, by all lanes of
 /// a warp, an element a lane at a time. All of them call it; each sees what the others wrote before
 /// to memory that they share, which may be overwritten after a __syncwarp().

@@ -40,20 +40,37 @@ SDAG_HD inline uint32_t topBoxCount(const WideBvhView& bvh) {
                : bvh.levelStart[bvh.levelCount] - bvh.levelStart[bvh.levelCount - 1];
 }
 
-/// Calls hit(originalIndex) for every item under boxes [topBegin, topEnd) of the top level whose
-/// box `test(box)` accepts, in the order of level 0; `test` must accept a box that encloses an
-/// accepted box. No recursion, no allocation.
+/// The boxes of a level, by which many threads divide a query.
+struct BvhParts {
+    uint32_t level = 0, count = 0;
+};
+
+/// Returns the coarsest level above the leaves' with kLeastBvhParts boxes, so that no part is long,
+/// or, if there is none, the one with the most.
+constexpr uint32_t kLeastBvhParts = 64;
+SDAG_HD inline BvhParts partsOf(const WideBvhView& bvh) {
+    BvhParts parts{bvh.levelCount == 0 ? 0 : bvh.levelCount - 1, topBoxCount(bvh)};
+    while (parts.level > 1 && parts.count < kLeastBvhParts) {
+        --parts.level;
+        parts.count = bvh.levelStart[parts.level + 1] - bvh.levelStart[parts.level];
+    }
+    return parts;
+}
+
+/// Calls hit(originalIndex) for every item under boxes [begin, end) of level `top` whose box
+/// `test(box)` accepts, in the order of level 0; `test` must accept a box that encloses an accepted
+/// box. No recursion, no allocation.
 template <class Test, class Hit>
-SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
-                          const Test& test, const Hit& hit) {
+SDAG_HD void traverseBelow(const WideBvhView& bvh, uint32_t top, uint32_t topBegin, uint32_t topEnd,
+                           const Test& test, const Hit& hit) {
     if (bvh.levelCount == 0)
         return;
     // One cursor per level: the next box to test and the end of its siblings.
     uint32_t next[kBvhMaxLevels], end[kBvhMaxLevels];
-    int level = int(bvh.levelCount) - 1;
+    int level = int(top);
     next[level] = bvh.levelStart[level] + topBegin;
     end[level] = bvh.levelStart[level] + topEnd;
-    while (level < int(bvh.levelCount)) {
+    while (level <= int(top)) {
         if (next[level] == end[level]) {
             ++level;
             continue;
@@ -73,6 +90,13 @@ SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t to
                 end[level] = bvh.levelStart[level + 1];
         }
     }
+}
+
+/// The same for boxes of the top level.
+template <class Test, class Hit>
+SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
+                          const Test& test, const Hit& hit) {
+    traverseBelow(bvh, bvh.levelCount == 0 ? 0 : bvh.levelCount - 1, topBegin, topEnd, test, hit);
 }
 
 /// Calls hit(originalIndex) for every item whose box `test(box)` accepts, as traverseFrom does.

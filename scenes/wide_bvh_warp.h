@@ -10,17 +10,17 @@ namespace shadowdag {
 
 static_assert(kBvhWidth == kGroupLanes); // a lane a child
 
-/// traverseFrom, by all lanes of a warp: they test the children of a box together.
+/// traverseBelow, by all lanes of a warp: they test the children of a box together.
 /// hit(first, bits): boxes `first` + lane of level 0 are accepted where bit `lane` is set; called
 /// in ascending order, by all lanes.
 template <class Test, class Hit>
-__device__ void traverseByWarp(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
-                               const Test& test, const Hit& hit) {
+__device__ void traverseByWarp(const WideBvhView& bvh, uint32_t top, uint32_t topBegin,
+                               uint32_t topEnd, const Test& test, const Hit& hit) {
     if (bvh.levelCount == 0)
         return;
     uint32_t first[kBvhMaxLevels],
         rest[kBvhMaxLevels]; // of a level: the boxes, those to descend to
-    int level = int(bvh.levelCount) - 1;
+    int level = int(top);
     uint32_t begin = bvh.levelStart[level] + topBegin, end = bvh.levelStart[level] + topEnd;
     while (true) {
         const uint32_t box = begin + laneOfWarp();
@@ -33,7 +33,7 @@ __device__ void traverseByWarp(const WideBvhView& bvh, uint32_t topBegin, uint32
             rest[level] = bits;
         }
         while (rest[level] == 0)
-            if (++level == int(bvh.levelCount))
+            if (++level > int(top))
                 return;
         const uint32_t child = first[level] + (uint32_t(__ffs(int(rest[level]))) - 1);
         rest[level] &= rest[level] - 1;

@@ -67,8 +67,8 @@ SDAG_HD inline uint32_t levelOf(const PolygonLevelsView& levels, uint32_t batchI
     return levels.empty() ? 0 : levels.levelOf(batchInstance);
 }
 
-/// The input of culling. Item i is part i % parts of the hierarchy's top level for map i / parts,
-/// so the list of draws is ordered by map, then along the Morton curve.
+/// The input of culling. Item i is part i % parts of the hierarchy (partsOf) for map i / parts, so
+/// the list of draws is ordered by map, then along the Morton curve.
 struct CullView {
     View<const ShadowMapInfo> maps;
     PageMaskView masks;
@@ -77,7 +77,7 @@ struct CullView {
     CellDepthView cells; ///< with MapCulling::kCellDepth, and with kept maps
     KeptView kept{};
 
-    SDAG_HD uint32_t parts() const { return topBoxCount(batches.bvh); }
+    SDAG_HD uint32_t parts() const { return partsOf(batches.bvh).count; }
 
     /// Returns the faces of a map that a batch must be drawn into.
     SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
@@ -140,10 +140,12 @@ struct CullView {
     /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
     /// batch's level of detail and whether the map draws that level.
     template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
-        const uint32_t part = uint32_t(i % parts());
-        const ShadowMapInfo& map = maps[i / parts()];
-        traverseFrom(
-            batches.bvh, part, part + 1, [&](const Box& box) { return reachesMap(map, box); },
+        const BvhParts divided = partsOf(batches.bvh);
+        const uint32_t part = uint32_t(i % divided.count);
+        const ShadowMapInfo& map = maps[i / divided.count];
+        traverseBelow(
+            batches.bvh, divided.level, part, part + 1,
+            [&](const Box& box) { return reachesMap(map, box); },
             [&](uint32_t batch) {
                 const uint32_t instance = batches.batches[batch].instance;
                 const uint32_t level = levelOf(batches.levels, instance);

@@ -14,11 +14,13 @@ namespace {
 /// CullView::query; what a lane gets counts where isReached.
 template <class Reach>
 __device__ void queryByWarp(const CullView& cull, size_t i, const Reach& reach) {
-    const uint32_t part = uint32_t(i % cull.parts());
-    const ShadowMapInfo& map = cull.maps[i / cull.parts()];
+    const BvhParts parts = partsOf(cull.batches.bvh);
+    const uint32_t part = uint32_t(i % parts.count);
+    const ShadowMapInfo& map = cull.maps[i / parts.count];
     const BatchView& batches = cull.batches;
     traverseByWarp(
-        batches.bvh, part, part + 1, [&](const Box& box) { return reachesMap(map, box); },
+        batches.bvh, parts.level, part, part + 1,
+        [&](const Box& box) { return reachesMap(map, box); },
         [&](uint32_t first, uint32_t bits) {
             const uint32_t batch =
                 bits >> laneOfWarp() & 1u ? batches.bvh.items[first + laneOfWarp()] : kNoBvhItem;
@@ -174,6 +176,13 @@ __global__ void countPagesOfMapsKernel(CountPagesOfMaps work) {
         work.counts[m] = count;
 }
 
+// Only the device knows how many items there are.
+template <class Work> __global__ void shareItemsKernel(Work work) {
+    const size_t count = work.itemCount(), threadCount = gridDim.x * size_t(blockDim.x);
+    for (size_t i = blockIdx.x * size_t(blockDim.x) + threadIdx.x; i < count; i += threadCount)
+        work(i);
+}
+
 static_assert(kProjectionMapSize == kGroupLanes); // a lane a cell of a row
 
 // One warp per row of cells.
@@ -225,6 +234,14 @@ void launchPass(CudaTag, const SortOutPages& work) {
 
 void launchPass(CudaTag, const AssignPages& work) {
     launch(assignPagesKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const ClearPages& work) {
+    launch(shareItemsKernel<ClearTexels>, fillingBlocks(), ClearTexels{work});
+}
+
+void launchPass(CudaTag, const ResetCells& work) {
+    launch(shareItemsKernel<ResetRow>, fillingBlocks(), ResetRow{work});
 }
 
 void launchPass(CudaTag, const CountPagesOfMaps& work) {

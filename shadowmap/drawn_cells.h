@@ -81,22 +81,18 @@ struct PageOfMap {
     }
 };
 
-struct ResetRow;
-
 /// Resets the drawn depth of the cells of fresh page i.
 struct ResetCells {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> freshEntries;
+    FreshPages fresh;
     DrawnView drawn;
     uint32_t pageTexelsLog2;
 
-    size_t itemCount() const { return freshEntries.count; }
+    size_t itemCount() const { return fresh.count(); }
     SDAG_HD void operator()(size_t i) const { reset(i, 0, kProjectionMapSize); }
-    /// A page may have a thousand cells: CUDA processes them row by row.
-    ResetRow shortItems() const;
     /// Resets the cells of rows [row, rowEnd) of those that fresh page i has.
     SDAG_HD void reset(size_t i, uint32_t row, uint32_t rowEnd) const {
-        const uint32_t entry = freshEntries[i];
+        const uint32_t entry = fresh.entries[i];
         const uint32_t mapIndex = mapOfWord(maps, entry / 32);
         const PageOfMap page(maps[mapIndex], entry, pageTexelsLog2);
         const uint32_t end = glm::min(page.cells.v0 + rowEnd, page.cells.v1 + 1);
@@ -107,19 +103,20 @@ struct ResetCells {
     }
 };
 
-/// The same by row and page: lanes take neighbouring pages and one row.
+void launchPass(CudaTag, const ResetCells& work); ///< by ResetRow
+
+/// The same by row and page, as a page may have a thousand cells: lanes take neighbouring pages and
+/// one row.
 struct ResetRow {
     ResetCells work;
 
-    size_t itemCount() const { return work.freshEntries.count * kProjectionMapSize; }
+    SDAG_HD size_t itemCount() const { return work.fresh.count() * kProjectionMapSize; }
     SDAG_HD void operator()(size_t i) const {
-        const uint32_t row = uint32_t(i / work.freshEntries.count);
-        work.reset(i % work.freshEntries.count, row, row + 1);
+        const size_t count = work.fresh.count();
+        const uint32_t row = uint32_t(i / count);
+        work.reset(i % count, row, row + 1);
     }
 };
-inline ResetRow ResetCells::shortItems() const {
-    return {*this};
-}
 
 /// Writes the needed depths of block i's cells, rounded up, and the greatest need of its cells,
 /// with and without those that are drawn.

@@ -215,23 +215,28 @@ void launchPass(CudaTag, const AssignPages& work); ///< by warps
 /// Texels that one item clears; a page holds at least 256.
 constexpr uint32_t kClearedTexelsLog2 = 6;
 
-struct ClearTexels;
+/// Pages that just got memory, by rank: their page-table entries.
+struct FreshPages {
+    View<const uint32_t> entries;
+    View<const uint32_t> usedCount; ///< 1: how many entries there are, the others are unused; on
+                                    ///< CUDA, where the host does not wait for it. Empty: all
+
+    SDAG_HD size_t count() const { return usedCount.empty() ? entries.count : usedCount[0]; }
+};
 
 /// Sets to empty a run of texels of a page that just got memory: run i of all, pages in order.
 struct ClearPages {
-    View<const uint32_t> freshEntries;
+    FreshPages fresh;
     View<const uint32_t> pageTable;
     View<uint32_t> pool;
     uint32_t pageTexelsLog2;
 
     SDAG_HD uint32_t runsLog2() const { return 2 * pageTexelsLog2 - kClearedTexelsLog2; }
-    size_t itemCount() const { return freshEntries.count << runsLog2(); }
-    /// On CUDA neighbouring threads write neighbouring texels.
-    ClearTexels shortItems() const;
+    size_t itemCount() const { return fresh.count() << runsLog2(); }
     SDAG_HD void operator()(size_t i) const {
         if (isMutant(Mutant::kPagesNotCleared))
             return;
-        const size_t page = pageTable[freshEntries[i >> runsLog2()]];
+        const size_t page = pageTable[fresh.entries[i >> runsLog2()]];
         const size_t run = i & ((size_t(1) << runsLog2()) - 1);
         uint32_t* const texels =
             &pool[(page << (2 * pageTexelsLog2)) + (run << kClearedTexelsLog2)];
@@ -240,7 +245,9 @@ struct ClearPages {
     }
 };
 
-/// The same by four texels.
+void launchPass(CudaTag, const ClearPages& work); ///< by ClearTexels
+
+/// The same by four texels: neighbouring threads write neighbouring texels.
 struct ClearTexels {
     struct alignas(16) TexelQuad {
         uint32_t texels[4];
@@ -248,16 +255,13 @@ struct ClearTexels {
     ClearPages work;
 
     SDAG_HD uint32_t quadsLog2() const { return 2 * work.pageTexelsLog2 - 2; }
-    size_t itemCount() const { return work.freshEntries.count << quadsLog2(); }
+    SDAG_HD size_t itemCount() const { return work.fresh.count() << quadsLog2(); }
     SDAG_HD void operator()(size_t i) const {
-        const size_t page = work.pageTable[work.freshEntries[i >> quadsLog2()]];
+        const size_t page = work.pageTable[work.fresh.entries[i >> quadsLog2()]];
         const size_t quad = (page << quadsLog2()) + (i & ((size_t(1) << quadsLog2()) - 1));
         reinterpret_cast<TexelQuad*>(work.pool.data)[quad] = TexelQuad{};
     }
 };
-inline ClearTexels ClearPages::shortItems() const {
-    return {*this};
-}
 
 /// order[i] = i: the values that sorting pages by their keys moves along.
 struct NumberPages {
@@ -265,6 +269,30 @@ struct NumberPages {
 
     size_t itemCount() const { return order.count; }
     SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
+};
+
+/// Marks the free pages with 1: an exclusive scan of the marks numbers them.
+struct MarkFreePages {
+    View<const uint32_t> pageKeys; ///< of SortOutPages
+    View<uint32_t> marks;
+
+    size_t itemCount() const { return pageKeys.count; }
+    size_t grain() const { return 16384; }
+    SDAG_HD void operator()(size_t page) const { marks[page] = pageKeys[page] == 0; }
+};
+
+/// Lists the free pages, ascending: the order in which they are taken where none is evicted.
+struct ListFreePages {
+    View<const uint32_t> pageKeys;
+    View<const uint32_t> rank; ///< of free pages
+    View<uint32_t> order;
+
+    size_t itemCount() const { return pageKeys.count; }
+    size_t grain() const { return 16384; }
+    SDAG_HD void operator()(size_t page) const {
+        if (pageKeys[page] == 0)
+            order[rank[page]] = uint32_t(page);
+    }
 };
 
 } // namespace shadowdag

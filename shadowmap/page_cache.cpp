@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/page_cache.h"
 
+#include "cuda/fill_pass.h"
 #include "cuda/mutant.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
@@ -67,7 +68,7 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
       movedNow_(backend, "shadowmap moved boxes"), movedBits_(backend, "shadowmap moved batches"),
       pageStamps_(backend, "shadowmap page stamps"), pageKeys_(backend, "shadowmap page keys"),
       pageEntries_(backend, "shadowmap page entries"), order_(backend, "shadowmap page order"),
-      missing_(backend, "shadowmap missing pages"),
+      freeRank_(backend, "shadowmap free page ranks"), missing_(backend, "shadowmap missing pages"),
       keptPerMap_(backend, "shadowmap kept pages of map"),
       keptCounts_(backend, "shadowmap kept page counts"),
       freshEntries_(backend, "shadowmap fresh pages"), pool_(backend, "shadowmap page pool"),
@@ -178,8 +179,6 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
     std::swap(pageTable_, tableBefore_);
     pageTable_.resize(wordCount * 32);
     marked_.resize(0);
-    movedBefore_.resize(0);
-    movedNow_.resize(0);
 }
 
 void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches) {
@@ -226,18 +225,18 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
     runPass(backend_, CarryPages{maps, startBefore_.view(), std::as_const(tableBefore_).view(),
                                  pageTable_.view()});
-    if (movedBefore_.size()) {
-        zero(marked_, pageTable_.size() / 32);
+    const size_t poolPages = pageStamps_.size();
+    marked_.resize(movedBefore_.size() ? pageTable_.size() / 32 : 0);
+    pageKeys_.resize(poolPages);
+    keptPerMap_.resize(maps.count);
+    keptCounts_.resize(kKeptPageCounts);
+    fillAll(backend_, {marked_, pageKeys_, keptPerMap_, keptCounts_});
+    if (movedBefore_.size())
         runPass(backend_,
                 MarkUnder{maps, slots_.view(), std::as_const(drawnDepths_).view(),
                           std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
-    }
-    const size_t poolPages = pageStamps_.size();
-    zero(pageKeys_, poolPages);
     pageEntries_.resize(poolPages);
     missing_.resize(needed.count);
-    zero(keptPerMap_, maps.count);
-    zero(keptCounts_, kKeptPageCounts);
     runPass(backend_,
             SortOutPages{maps, needed, std::as_const(marked_).view(), pageTable_.view(),
                          pageStamps_.view(), pageKeys_.view(), pageEntries_.view(), missing_.view(),
@@ -248,7 +247,10 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                          View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
                          StageTimes& stages) {
     const uint64_t pages = glm::min(wanted, capacityPages_);
-    uint64_t fresh = pages, retained = 0, stale = 0;
+    // As many pages are used as are needed if none is retained, whatever was kept of them. The host
+    // then need not wait for the counts.
+    isCountPending_ = keeps_ && !retains_ && !drawer_ && backend_ == Backend::kCuda;
+    uint64_t fresh = pages, retained = 0, stale = 0; // if pending: at most so many are fresh
     AssignPages assign{needed, firstPage, pageTable_.view(), {}, {}, {}, {}, {}, 0, now_};
     PageCommits commits;
     bool isCommitted = false;
@@ -257,11 +259,15 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         if (keeps_) {
             SDAG_ASSERT(wanted <= capacityPages_);
             sortOut(maps, needed);
-            const std::vector<uint32_t> found = keptCounts_.download();
             prefixSums(backend_, std::as_const(missing_).view(), missing_.view());
-            fresh = found[kPagesMissing];
-            stale = found[kPagesStale];
-            const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
+            uint64_t held = 0;
+            if (!isCountPending_) {
+                const std::vector<uint32_t> found = keptCounts_.download();
+                fresh = found[kPagesMissing];
+                stale = found[kPagesStale];
+                retained = found[kPagesRetained];
+                held = found[kPagesHeld] + retained;
+            }
             // Grow in larger steps up to the budget, because growing copies the content.
             const uint64_t poolPages = pageStamps_.size();
             const uint64_t roomy = glm::min(
@@ -278,18 +284,27 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                                   pageKeys_.bytes());
                 pageKeys_ = std::move(keys);
             }
-            if (fresh && held) {
+            if (isCountPending_ || (fresh && held)) {
                 order_.resize(pageKeys_.size());
-                runPass(backend_, NumberPages{order_.view()});
-                sortPairs(backend_, pageKeys_.view(), order_.view());
                 assign.order = std::as_const(order_).view();
-                assign.pageKeys = std::as_const(pageKeys_).view();
-                assign.pageEntries = std::as_const(pageEntries_).view();
+                if (retains_) {
+                    runPass(backend_, NumberPages{order_.view()});
+                    sortPairs(backend_, pageKeys_.view(), order_.view());
+                    assign.pageKeys = std::as_const(pageKeys_).view();
+                    assign.pageEntries = std::as_const(pageEntries_).view();
+                } else { // none is evicted
+                    const View<const uint32_t> keys = std::as_const(pageKeys_).view();
+                    freeRank_.resize(keys.count);
+                    runPass(backend_, MarkFreePages{keys, freeRank_.view()});
+                    prefixSums(backend_, std::as_const(freeRank_).view(), freeRank_.view());
+                    runPass(backend_,
+                            ListFreePages{keys, std::as_const(freeRank_).view(), order_.view()});
+                }
             }
             assign.firstPage = std::as_const(missing_).view();
             assign.pageStamps = pageStamps_.view();
             const uint64_t free = pageStamps_.size() - held;
-            retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
+            retained -= fresh > free ? fresh - free : 0;
             // Only maps that are not requested are checked for remaining pages.
             const std::vector<uint32_t> keptPages =
                 requestCount_ < kept_.size() ? keptPerMap_.download() : std::vector<uint32_t>{};
@@ -310,34 +325,49 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         isCommitted = drawer_ && drawer_->commit(maps, std::as_const(freshEntries_).view(),
                                                  std::as_const(pageTable_).view(), commits);
     }
+    FreshPages freshPages{std::as_const(freshEntries_).view(), {}};
+    if (isCountPending_)
+        freshPages.usedCount = {std::as_const(keptCounts_).view().data + kPagesMissing, 1};
     {
         const StageTimer timer(backend_, stages, "page clear");
         if (drawer_)
             drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
         else
-            runPass(backend_,
-                    ClearPages{std::as_const(freshEntries_).view(),
-                               std::as_const(pageTable_).view(), pool_.view(), pageTexelsLog2_});
-        if (keeps_)
-            runPass(backend_, ResetCells{maps, std::as_const(freshEntries_).view(), drawn(),
+            runPass(backend_, ClearPages{freshPages, std::as_const(pageTable_).view(), pool_.view(),
                                          pageTexelsLog2_});
+        if (keeps_)
+            runPass(backend_, ResetCells{maps, freshPages, drawn(), pageTexelsLog2_});
     }
 
     counts.pageCount = pages;
     counts.pagesRefusedCount = wanted - pages;
     counts.texelCount = pages * pageTexels();
-    counts.pagesCommittedCount = fresh - stale;
-    counts.pagesClearedCount = fresh;
+    heldBefore_ = heldPages_;
+    heldPages_ = pages + retained;
     counts.pagesRetainedCount = retained;
-    counts.pagesFreedCount = heldPages_ + counts.pagesCommittedCount - (pages + retained);
+    if (!isCountPending_)
+        countFresh(fresh, stale, counts);
     if (isCommitted) {
         counts.pagesCommittedCount = commits.committedCount;
         counts.pagesFreedCount = commits.freedCount;
     }
     counts.keptMapCount = keptRequestCount_;
-    heldPages_ = pages + retained;
     counts.mapBytes = heldPages_ * pageTexels() * sizeof(uint32_t) + pageTable_.bytes() +
                       (keeps_ ? drawnCells_.bytes() : 0);
+}
+
+void PageCache::countFresh(uint64_t fresh, uint64_t stale, ShadowMapCounts& counts) const {
+    counts.pagesCommittedCount = fresh - stale;
+    counts.pagesClearedCount = fresh;
+    counts.pagesFreedCount = heldBefore_ + counts.pagesCommittedCount - heldPages_;
+}
+
+void PageCache::count(ShadowMapCounts& counts) {
+    if (!isCountPending_)
+        return;
+    const std::vector<uint32_t> found = keptCounts_.download();
+    isCountPending_ = false;
+    countFresh(found[kPagesMissing], found[kPagesStale], counts);
 }
 
 KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,

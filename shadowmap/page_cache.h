@@ -33,18 +33,22 @@ public:
     void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
                uint64_t& wordCount, const ShadowMapOptions& options, bool keeps);
 
-    /// Stores which batches moved since the last frame. Call between begin and allocate, only when
-    /// it keeps.
+    /// Stores which batches moved since the last frame. Call before begin, of frames that may keep
+    /// maps.
     void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches);
 
     /// Allocates the needed pages, and clears the new ones.
     /// @param needed bits of the requests' words; @param firstPage their exclusive scan
     /// @param wanted bits set
-    /// @param counts receives all counts of pages
+    /// @param counts receives all counts of pages, except those that count() fetches
     /// @param stages receives the times of "page commit" and "page clear"
     void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
                   View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
                   StageTimes& stages);
+
+    /// Fetches the counts for which allocate did not wait: how many pages were committed, freed and
+    /// cleared. Call before the next allocate.
+    void count(ShadowMapCounts& counts);
 
     /// Prepares culling: writes the needs of masks.cells and masks.blocks. Only when it keeps.
     KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
@@ -73,6 +77,7 @@ private:
 
     uint32_t takeSlot();
     void sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> needed);
+    void countFresh(uint64_t fresh, uint64_t stale, ShadowMapCounts& counts) const;
     uint64_t pageTexels() const { return uint64_t(1) << (2 * pageTexelsLog2_); }
     DrawnView drawn() { return {drawnCells_.view(), drawnDepths_.view(), slots_.view()}; }
 
@@ -81,9 +86,10 @@ private:
     bool keeps_ = false, retains_ = false;
     uint32_t pageTexelsLog2_ = 6;
     uint64_t capacityPages_ = 0;
-    uint32_t now_ = 0;        // frames kept
-    uint64_t heldPages_ = 0;  // pages with memory after the last frame
-    size_t requestCount_ = 0; // the first maps; the others are not requested
+    uint32_t now_ = 0;                        // frames kept
+    uint64_t heldPages_ = 0, heldBefore_ = 0; // pages with memory after the last frame, and before
+    bool isCountPending_ = false;             // until count()
+    size_t requestCount_ = 0;                 // the first maps; the others are not requested
     size_t keptRequestCount_ = 0;
     std::vector<KeptMap> kept_; // in the order of the last frame's maps
     std::vector<uint8_t> isSlotUsed_;
@@ -102,7 +108,7 @@ private:
     Buffer<Box> movedBefore_, movedNow_;
     Resident<uint32_t> movedBits_;
     // poolPages * see SortOutPages.
-    Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_;
+    Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_, freeRank_;
     Buffer<uint32_t> missing_, keptPerMap_, keptCounts_, freshEntries_;
     Buffer<uint32_t> pool_; // poolPages * texels
     // By slot, see DrawnView; openBlocks_: see PrepareBlock; openRows_: see ListOpenCells.

@@ -143,8 +143,8 @@ private:
         }
         if (masks.faces.empty())
             return;
-        atomicOrRelaxed(&masks.faces[mapIndex], 1u << face);
-        atomicMaxRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
+        orOnceRelaxed(&masks.faces[mapIndex], 1u << face);
+        raiseOnceRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
         const CellRect cells = cellsOf(rect);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
         const uint32_t row = (~0u >> (31 - cells.u1)) & (~0u << cells.u0);
@@ -186,15 +186,15 @@ struct MarkPagesOfSteps {
     }
 };
 
-/// Writes to counts[i] the pages marked in word i.
+/// Writes to counts[i] the pages marked in word i, and 0 to the counts behind.
 struct CountPages {
     View<const uint32_t> pages;
-    View<uint32_t> counts;
+    View<uint32_t> counts; ///< as long as `pages`, or longer
 
-    size_t itemCount() const { return pages.count; }
+    size_t itemCount() const { return counts.count; }
     size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
-        uint32_t bits = pages[i], count = 0;
+        uint32_t bits = i < pages.count ? pages[i] : 0, count = 0;
         for (; bits; bits &= bits - 1)
             ++count;
         counts[i] = count;

@@ -3,6 +3,7 @@
 // between them.
 #include "shadowmap/shadow_maps.h"
 
+#include "cuda/fill_pass.h"
 #include "cuda/list_length.h"
 #include "cuda/pass.h"
 #include "cuda/readback.h"
@@ -122,10 +123,15 @@ struct ShadowMaps::State {
     int lastSteps = 0;
     Resident<ShadowMapInfo> stepMaps{backend, "shadowmap maps of steps"};
     Buffer<uint32_t> stepBits{backend, "shadowmap page masks of steps"};
-    Buffer<uint32_t> stepCounts{backend, "shadowmap page counts of steps"};
+
+    // Written by page masks: pages before each word, then their number, then those of every map of
+    // the steps.
+    Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
+    std::unique_ptr<Readback> pagesReadback; // from their number on
+    size_t pagesReadbackWords = 0;
+    int markedStep = 0, countedSteps = 0; // of the last mark
 
     // Written by page allocation; read by rasterization and lookups.
-    Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
     PageCache cache;
 
     // Written by culling: the batches that maps reach, and those of them that rasterization draws.
@@ -156,27 +162,6 @@ struct ShadowMaps::State {
                 depthLimits.view(), cells.view(),      blocks.view()};
     }
 
-    /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
-    uint64_t mark(View<const Box> boxes, View<const MapReceiver> pairs, uint64_t words) {
-        maps.take(infos);
-        zero(pageBits, words);
-        zero(projection, infos.size() * kProjectionWordsPerMap);
-        zero(faces, infos.size());
-        zero(depthLimits, infos.size() * kFaceCount);
-        const bool hasCells =
-            options.culling >= MapCulling::kCellDepth || options.useStaticOptimization;
-        zero(cells, hasCells ? infos.size() * kCellsPerMap : 0);
-        zero(blocks, hasCells ? infos.size() * kBlocksPerMap : 0);
-        firstPage.resize(words);
-        PageMaskView marked = masks();
-        if (options.culling < MapCulling::kCellDepth)
-            marked.cells = {}; // written later, from the coarser levels
-        runPass(backend,
-                MarkReceiver{maps.view(), boxes, pairs, marked, pageTexelsLog2(), options.taps});
-        runPass(backend, CountPages{std::as_const(pageBits).view(), firstPage.view()});
-        return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
-    }
-
     /// Divisor `step` of resolutions: every second one is a power of two, exactly.
     static double divisorOf(int step) {
         return std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
@@ -190,16 +175,15 @@ struct ShadowMaps::State {
             map.lodTexels = options.lodTexels;
     }
 
-    /// Returns how many pages the receivers need at each of the first `stepCount` divisors, counted
-    /// together; none if their page tables together are too long for that.
-    std::vector<uint64_t> countPages(const std::vector<MapRequest>& requests,
-                                     const MapInputs& inputs, int stepCount) {
+    /// Lays out the maps of the first `stepCount` divisors one after the other. Returns the words
+    /// of their page tables; 0 if these together are too long.
+    uint64_t layOutSteps(const std::vector<MapRequest>& requests, int stepCount) {
         std::vector<ShadowMapInfo> all;
         uint64_t words = 0;
         for (int step = 0; step < stepCount; ++step) {
             const MapLayout layout = layOutMaps(requests, options.pageTexels, divisorOf(step));
             if ((words + layout.maskWordCount) * 32 > 0xffffffffull)
-                return {};
+                return 0;
             for (ShadowMapInfo map : layout.maps) {
                 map.pageTableStart += uint32_t(words * 32);
                 all.push_back(map);
@@ -207,43 +191,93 @@ struct ShadowMaps::State {
             words += layout.maskWordCount;
         }
         stepMaps.take(std::move(all));
-        zero(stepBits, words);
-        stepCounts.resize(requests.size() * stepCount);
-        runPass(backend, MarkPagesOfSteps{{stepMaps.view(),
-                                           inputs.receiverBoxes,
-                                           inputs.receivers,
-                                           {stepBits.view(), {}, {}, {}, {}, {}},
-                                           pageTexelsLog2(),
-                                           options.taps},
-                                          uint32_t(requests.size()),
-                                          uint32_t(stepCount)});
-        runPass(backend, CountPagesOfMaps{stepMaps.view(), std::as_const(stepBits).view(),
-                                          stepCounts.view()});
-        const std::vector<uint32_t> found = stepCounts.download();
-        std::vector<uint64_t> perStep;
-        for (auto at = found.begin(); at != found.end(); at += ptrdiff_t(requests.size()))
-            perStep.push_back(std::accumulate(at, at + ptrdiff_t(requests.size()), uint64_t(0)));
-        return perStep;
+        return words;
     }
 
-    /// Marks the pages of all receivers at the least divisor at which `capacity` pages are enough,
-    /// or at the greatest there is. Returns how many pages are marked.
+    /// Queues to mark the pages of all receivers at a divisor, and to count them, and those at the
+    /// first `stepCount` divisors, whose page tables have `stepWords` words. Queues nothing, and
+    /// nothing is to be waited for, without requests.
+    void queueMark(const std::vector<MapRequest>& requests, const MapInputs& inputs, int step,
+                   int stepCount, uint64_t stepWords) {
+        uint64_t words = 0;
+        layOut(requests, step, words);
+        markedStep = step;
+        countedSteps = stepCount;
+        maps.take(infos);
+        const bool hasCells =
+            options.culling >= MapCulling::kCellDepth || options.useStaticOptimization;
+        const size_t countedMaps = requests.size() * size_t(stepCount);
+        pageBits.resize(words);
+        projection.resize(infos.size() * kProjectionWordsPerMap);
+        faces.resize(infos.size());
+        depthLimits.resize(infos.size() * kFaceCount);
+        cells.resize(hasCells ? infos.size() * kCellsPerMap : 0);
+        blocks.resize(hasCells ? infos.size() * kBlocksPerMap : 0);
+        stepBits.resize(stepWords);
+        firstPage.resize(requests.empty() ? 0 : words + 1 + countedMaps);
+        if (requests.empty())
+            return;
+        fillAll(backend, {pageBits, projection, faces, depthLimits, cells, blocks, stepBits});
+        PageMaskView marked = masks();
+        if (options.culling < MapCulling::kCellDepth)
+            marked.cells = {}; // written later, from the coarser levels
+        const MarkReceiver work{maps.view(), inputs.receiverBoxes, inputs.receivers,
+                                marked,      pageTexelsLog2(),     options.taps};
+        runPass(backend, work);
+        MarkReceiver ofSteps = work;
+        ofSteps.maps = stepMaps.view();
+        ofSteps.masks = {stepBits.view(), {}, {}, {}, {}, {}};
+        if (stepCount > 0)
+            runPass(backend,
+                    MarkPagesOfSteps{ofSteps, uint32_t(requests.size()), uint32_t(stepCount)});
+        const View<uint32_t> first{firstPage.view().data, words + 1};
+        runPass(backend, CountPages{std::as_const(pageBits).view(), first});
+        prefixSums(backend, {first.data, first.count}, first);
+        if (countedMaps > 0)
+            runPass(backend, CountPagesOfMaps{{stepMaps.view().data, countedMaps},
+                                              std::as_const(stepBits).view(),
+                                              {first.data + first.count, countedMaps}});
+        if (countedMaps + 1 > pagesReadbackWords) {
+            pagesReadbackWords = 2 * (countedMaps + 1);
+            pagesReadback = std::make_unique<Readback>(backend, pagesReadbackWords);
+        }
+        pagesReadback->request({first.data + words, 1 + countedMaps});
+    }
+
+    /// Queues to mark at the divisor of the last build, and to count the pages at those before it,
+    /// which would be enough: consecutive frames mostly need the same.
+    void queueMarks(const std::vector<MapRequest>& requests, const MapInputs& inputs) {
+        const int steps = requests.empty() ? 0 : lastSteps;
+        const uint64_t words = layOutSteps(requests, steps);
+        const int counted = words > 0 ? steps : 0;
+        queueMark(requests, inputs, counted, counted, words);
+    }
+
+    /// Waits for queueMarks, and marks again until the divisor is the least one at which `capacity`
+    /// pages are enough, or the greatest there is. Returns how many pages are marked.
     uint64_t markFitting(const std::vector<MapRequest>& requests, const MapInputs& inputs,
                          uint64_t capacity) {
         const auto fits = [&](int step, uint64_t wanted) {
             return wanted <= capacity || divisorOf(step) >= double(kMaxFaceTexels);
         };
-        // Consecutive frames mostly need the same divisor: those before it are counted together.
+        if (requests.empty()) {
+            lastSteps = 0;
+            return 0;
+        }
+        View<const uint32_t> found = pagesReadback->wait();
         std::vector<uint64_t> counted;
-        if (lastSteps > 0 && !requests.empty())
-            counted = countPages(requests, inputs, lastSteps);
+        const uint32_t* ofMaps = found.data + 1;
+        for (int step = 0; step < countedSteps; ++step, ofMaps += requests.size())
+            counted.push_back(std::accumulate(ofMaps, ofMaps + requests.size(), uint64_t(0)));
         int step = 0;
         while (step < int(counted.size()) && !fits(step, counted[size_t(step)]))
             ++step;
         for (;; ++step) {
-            uint64_t words = 0;
-            layOut(requests, step, words);
-            const uint64_t wanted = mark(inputs.receiverBoxes, inputs.receivers, words);
+            if (step != markedStep) {
+                queueMark(requests, inputs, step, 0, 0);
+                found = pagesReadback->wait();
+            }
+            const uint64_t wanted = found[0];
             if (step == 0)
                 counts.pagesWantedCount = wanted;
             if (!fits(step, wanted))
@@ -259,9 +293,7 @@ struct ShadowMaps::State {
     /// The maps of the requests; the buffer may hold more that are kept.
     View<const ShadowMapInfo> requestMaps() const { return {maps.view().data, infos.size()}; }
 
-    void allocate(const std::vector<MapRequest>& requests, uint64_t wanted,
-                  const BatchView& hostBatches, View<const uint32_t> movedBatches,
-                  StageTimes& stages) {
+    void allocate(const std::vector<MapRequest>& requests, uint64_t wanted, StageTimes& stages) {
         const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
         std::vector<ShadowMapInfo> all = infos;
         uint64_t words = pageBits.size();
@@ -270,8 +302,6 @@ struct ShadowMaps::State {
             cache.begin(requests, all, words, options,
                         options.useStaticOptimization && !requests.empty() && wanted <= capacity);
             maps.take(all);
-            if (cache.keeps())
-                cache.noteMotion(hostBatches, movedBatches);
         }
         cache.allocate(maps.view(), std::as_const(pageBits).view(), std::as_const(firstPage).view(),
                        wanted, counts, stages);
@@ -284,14 +314,13 @@ struct ShadowMaps::State {
         const std::vector<uint32_t> first = firstPage.download();
         const std::vector<CullCounts> found = cullCounts.download();
         counts.unsplitTriangleCount = largeTriangles.grow();
+        cache.count(counts);
         isCounted = true; // not earlier, so that a failed download can be repeated
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
             const auto at = [&](size_t map) -> uint64_t {
-                const size_t word =
-                    map < infos.size() ? infos[map].pageTableStart / 32 : first.size();
-                return word < first.size() ? first[word] : wanted;
+                return map < infos.size() ? first[infos[map].pageTableStart / 32] : wanted;
             };
             pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), counts.pageCount) -
                                            glm::min(at(i), counts.pageCount)));
@@ -347,29 +376,32 @@ struct ShadowMaps::State {
         return cull;
     }
 
-    /// Lists the draws.
-    /// @param isGuessed allocates lists of the guessed lengths; cullLengths then gives the lengths
-    /// needed
-    void listDrawsOf(const CullView& cull, bool isGuessed, StageTimes& stages) {
+    /// Lists the batches that maps reach.
+    /// @param isGuessed allocates lists of the guessed lengths, those of the draws as well
+    void listReached(const CullView& cull, bool isGuessed, StageTimes& stages) {
+        const StageTimer timer(backend, stages, "culling query");
         cullParts = cull.parts();
         const size_t items = infos.size() * cullParts;
         cullCounts.resize(items);
-        {
-            const StageTimer timer(backend, stages, "culling query");
-            zero(firstReached, items + 1);
-            runPass(backend,
-                    CountReached{cull, {firstReached.view().data, items}, cullCounts.view()});
-            placeList(firstReached, reached, isGuessed ? reachedGuess.get() : 0);
-            runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
-        }
+        firstReached.resize(items + 1);
+        drawOf.resize(isGuessed ? reachedGuess.get() + 1 : 0);
+        draws.resize(isGuessed ? drawGuess.get() : 0);
+        fillAll(backend, {firstReached, drawOf, draws}); // draws: of no face
+        runPass(backend, CountReached{cull, {firstReached.view().data, items}, cullCounts.view()});
+        placeList(firstReached, reached, isGuessed ? reachedGuess.get() : 0);
+        runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
+    }
+
+    /// Lists the draws, after the batches that are reached.
+    /// @param isGuessed as listReached had it; cullLengths then gives the lengths needed
+    void listDraws(const CullView& cull, bool isGuessed, StageTimes& stages) {
         const StageTimer timer(backend, stages, "culling tests");
         const View<const uint32_t> firstOfItem = std::as_const(firstReached).view();
-        zero(drawOf, reached.size() + 1);
+        if (!isGuessed)
+            zero(drawOf, reached.size() + 1);
         runPass(backend,
                 CountDraws{cull, firstOfItem, reached.view(), drawOf.view(), cullCounts.view()});
         placeList(drawOf, draws, isGuessed ? drawGuess.get() : 0);
-        if (isGuessed)
-            draws.fill(0); // of no face
         runPass(backend, ListDraws{std::as_const(reached).view(), std::as_const(drawOf).view(),
                                    draws.view()});
         if (isGuessed) {
@@ -507,18 +539,33 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     s.pagesPerMap.clear();
     s.trianglesPerMap.clear();
 
+    {
+        const StageTimer timer(s.backend, stages, "page masks");
+        s.queueMarks(requests, inputs);
+    }
+    BatchView onBackend = inputs.batches;
+    onBackend.levels.allowedTexels = options.lodTexels;
+    const bool isGuessed = s.mayGuess();
+    // Which batches are reached depends on the maps' resolutions with levels of detail alone.
+    // Without them the device lists them while the host waits for the numbers of pages.
+    const bool isListedEarly = isGuessed && options.lodTexels == 0.0f;
+    if (isListedEarly)
+        s.listReached({s.requestMaps(), {}, onBackend, options.culling, {}}, true, stages);
+    if (options.useStaticOptimization && !requests.empty()) {
+        const StageTimer timer(s.backend, stages, "page commit");
+        s.cache.noteMotion(batches, movedBatches);
+    }
     uint64_t wanted = 0;
     {
         const StageTimer timer(s.backend, stages, "page masks");
         wanted = s.markFitting(requests, inputs,
                                options.poolBytes / (s.pageTexelCount() * sizeof(uint32_t)));
     }
-    s.allocate(requests, wanted, batches, movedBatches, stages);
-    BatchView onBackend = inputs.batches;
-    onBackend.levels.allowedTexels = options.lodTexels;
+    s.allocate(requests, wanted, stages);
     const CullView cull = s.prepareCulling(onBackend, stages);
-    const bool isGuessed = s.mayGuess();
-    s.listDrawsOf(cull, isGuessed, stages);
+    if (!isListedEarly)
+        s.listReached(cull, isGuessed, stages);
+    s.listDraws(cull, isGuessed, stages);
     const auto draw = [&] {
         const StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),
@@ -544,7 +591,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     // Drawing is queued before the lengths are waited for, so that the device stays busy.
     if (isGuessed && !s.trimDraws()) {
         ++s.counts.listRerunCount;
-        s.listDrawsOf(cull, false, stages);
+        s.listReached(cull, false, stages);
+        s.listDraws(cull, false, stages);
         draw(); // drawing twice has no effect
     }
     if (s.cache.keeps()) {

@@ -11,16 +11,28 @@ namespace shadowdag {
 
 namespace {
 
-// One warp per tile: the other lanes read what one lane counts after the barrier.
+// One warp per tile: the other lanes read what one lane counts after the barrier. The loads of
+// several blocks are under way at once.
 __global__ void fillTilesKernel(FillTile work) {
+    constexpr uint32_t kAtOnce = 8;
+    static_assert(FillTile::kBlockCount % kAtOnce == 0);
     const size_t tile = warpOfGrid();
     if (tile >= work.grid.tileCount())
         return;
-    for (uint32_t block = 0; block < FillTile::kBlockCount; ++block) {
-        const FillTile::Placed placed = work.place(tile, block, threadIdx.x % kGroupLanes);
-        __syncwarp();
-        work.advance(placed);
-        __syncwarp();
+    const uint32_t lane = laneOfWarp();
+    for (uint32_t first = 0; first < FillTile::kBlockCount; first += kAtOnce) {
+        uint32_t clusters[kAtOnce], same[kAtOnce];
+        for (uint32_t k = 0; k < kAtOnce; ++k)
+            clusters[k] = work.find(tile, first + k, lane);
+        for (uint32_t k = 0; k < kAtOnce; ++k)
+            same[k] = lanesWithSame(clusters[k]);
+        for (uint32_t k = 0; k < kAtOnce; ++k) {
+            const FillTile::Placed placed = work.place(tile, first + k, lane, clusters[k],
+                                                       lanesBefore(same[k]), same[k] >> lane == 1);
+            __syncwarp();
+            work.advance(placed);
+            __syncwarp();
+        }
     }
 }
 
@@ -53,25 +65,28 @@ __device__ size_t clusterOfEntry(View<const uint32_t> start, size_t entry) {
     return first;
 }
 
-// One warp per entry of a cluster's list, a sample a lane.
+// One block per cluster, whose samples its caches then hold: a warp takes an entry of its list, a
+// sample a lane.
 __global__ void pruneFacingKernel(PruneFacing work) {
-    const View<const uint32_t> start = work.lists.start;
-    const size_t entry = warpOfGrid();
-    if (entry >= start[start.count - 1])
-        return;
-    const size_t cluster = clusterOfEntry(start, entry);
-    const Light light = work.lights[work.lists.lights[entry]];
-    const uint32_t end = work.clusters.sampleStart[cluster + 1];
-    uint32_t pairs = 0;
-    for (uint32_t i = work.clusters.sampleStart[cluster]; i < end && pairs == 0; i += kGroupLanes) {
-        const uint32_t at = i + laneOfWarp();
-        const uint32_t sample = at < end ? work.clusters.samples[at] : 0;
-        pairs =
-            __ballot_sync(kAllLanes, at < end && isPair(light, work.gbuffer.positionWorld[sample],
-                                                        work.gbuffer.normalWorld[sample]));
+    constexpr uint32_t kWarps = kBlockThreads / kGroupLanes;
+    const size_t cluster = blockIdx.x;
+    const uint32_t first = work.clusters.sampleStart[cluster],
+                   end = work.clusters.sampleStart[cluster + 1],
+                   entryEnd = work.lists.start[cluster + 1];
+    for (uint32_t entry = work.lists.start[cluster] + threadIdx.x / kGroupLanes; entry < entryEnd;
+         entry += kWarps) {
+        const Light light = work.lights[work.lists.lights[entry]];
+        uint32_t pairs = 0;
+        for (uint32_t i = first; i < end && pairs == 0; i += kGroupLanes) {
+            const uint32_t at = i + laneOfWarp();
+            const uint32_t sample = at < end ? work.clusters.samples[at] : 0;
+            pairs = __ballot_sync(kAllLanes,
+                                  at < end && isPair(light, work.gbuffer.positionWorld[sample],
+                                                     work.gbuffer.normalWorld[sample]));
+        }
+        if (laneOfWarp() == 0)
+            work.record[entry] = pairs != 0 ? 0 : kProvenLit;
     }
-    if (laneOfWarp() == 0)
-        work.record[entry] = pairs != 0 ? 0 : kProvenLit;
 }
 
 // One warp per entry of a cluster's list, one of the samples from which pairs are estimated a lane.
@@ -102,7 +117,7 @@ template <class Work, class Hit>
 __device__ void forLightsByWarp(const Work& work, size_t cluster, const Hit& hit) {
     const Box box = work.boxesWorld[cluster];
     traverseByWarp(
-        work.lightBvh, 0, topBoxCount(work.lightBvh),
+        work.lightBvh, work.lightBvh.levelCount - 1, 0, topBoxCount(work.lightBvh),
         [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t first, uint32_t bits) {
             const uint32_t light =
@@ -168,7 +183,7 @@ void launchPass(CudaTag, const BoundBySamples& work) {
 }
 
 void launchPass(CudaTag, const PruneFacing& work) {
-    launch(pruneFacingKernel, blocksOfWarps(work.lists.lights.count), work);
+    launch(pruneFacingKernel, work.itemCount(), work);
 }
 
 void launchPass(CudaTag, const EstimatePairs& work) {

@@ -2,6 +2,7 @@
 // Gathers the samples of a G-buffer into clusters.
 #pragma once
 
+#include "cuda/fill_pass.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/cluster_bounds.h"
@@ -135,18 +136,15 @@ inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gb
                                    : set.clusterOfCell.at(grid.cellCount());
 
     set.cell.resize(count);
-    if (isGuessed)
-        set.cell.fill(0xff); // kNoCluster
     // One element more here, too.
     set.sampleStart.resize(count + 1);
-    set.sampleStart.fill(0);
+    set.filledCount.resize(count);
+    fillAll(backend, {{set.cell, 0xff}, set.sampleStart, set.filledCount}); // kNoCluster
     runPass(backend, CompactCells{set.cellSamples.view(), set.clusterOfCell.view(), set.cell.view(),
                                   set.sampleStart.view()});
     prefixSums(backend, set.sampleStart.view(), set.sampleStart.view());
 
     set.samples.resize(isGuessed ? gbuffer.count() : set.sampleStart.at(count));
-    set.filledCount.resize(count);
-    set.filledCount.fill(0);
     runPass(backend, FillTile{grid, cellOfSample.view(), set.clusterOfSample.view(),
                               set.clusterOfCell.view(), set.sampleStart.view(),
                               set.filledCount.view(), set.samples.view()});

@@ -114,8 +114,8 @@ struct CompactCells {
 
 /// Writes the samples of a tile into their clusters' lists, in the order of pixelOfTile: one after
 /// the other (operator()), or block after block of kGroupLanes pixels, one pixel per lane. A lane's
-/// offset is the number of lanes before it with the same cell; the last lane of a cell adds their
-/// number after the others have read the old value.
+/// offset is the number of lanes before it with the same cluster; the last lane of a cluster adds
+/// their number after the others have read the old value.
 struct FillTile {
     ClusterGridView grid;
     View<const uint32_t> cellOfSample;
@@ -133,27 +133,25 @@ struct FillTile {
         uint32_t filledCount = 0;
     };
 
-    /// Places the pixel of a lane. All lanes of the block do so before the first advances.
-    SDAG_HD Placed place(size_t tile, uint32_t block, uint32_t lane) const {
+    /// Returns the cluster of a lane's pixel, and stores it; kNoCluster for none.
+    SDAG_HD uint32_t find(size_t tile, uint32_t block, uint32_t lane) const {
         const uint32_t sample = sampleOf(tile, block, lane);
         if (sample == kNoSample)
-            return {};
-        const uint32_t cell = cellOfSample[sample];
-        const uint32_t cluster = clusterOf(cell);
+            return kNoCluster;
+        const uint32_t cluster = clusterOf(cellOfSample[sample]);
         clusterOfSample[sample] = cluster;
+        return cluster;
+    }
+    /// Places the pixel of a lane. All lanes of the block do so before the first advances.
+    /// @param cluster of the pixel @param before lanes before this one with the same
+    /// @param isLast no lane after this one has the same
+    SDAG_HD Placed place(size_t tile, uint32_t block, uint32_t lane, uint32_t cluster,
+                         uint32_t before, bool isLast) const {
         if (cluster == kNoCluster)
             return {};
-        uint32_t before = 0, after = 0;
-        for (uint32_t other = 0; other < kGroupLanes; ++other) {
-            const uint32_t otherSample = sampleOf(tile, block, other);
-            const bool isSame =
-                other != lane && otherSample != kNoSample && cellOfSample[otherSample] == cell;
-            before += isSame && other < lane;
-            after += isSame && other > lane;
-        }
         const uint32_t filled = filledCount[cluster] + before;
-        samples[sampleStart[cluster] + filled] = sample;
-        return {after == 0 ? cluster : kNoCluster, filled + 1};
+        samples[sampleStart[cluster] + filled] = sampleOf(tile, block, lane);
+        return {isLast ? cluster : kNoCluster, filled + 1};
     }
     SDAG_HD void advance(const Placed& placed) const {
         if (placed.cluster != kNoCluster)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/fill_pass.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/cluster_lights.h"
@@ -38,11 +39,16 @@ inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
     const size_t count = clusterBoxes.count;
     const uint64_t most = uint64_t(count) * lights.count;
     const bool isGuessed = guess > 0 && most > 0 && most <= 0xffffffffull;
+    uint64_t total = std::min(uint64_t(guess), most);
     lists.start.resize(count + 1);
-    lists.start.fill(0);
+    if (isGuessed) {
+        lists.record.resize(total);
+        fillAll(backend, {lists.start, lists.record});
+    } else {
+        lists.start.fill(0);
+    }
     runPass(backend,
             CountClusterLights{clusterBoxes, lightBvh, lights, normals, lists.start.view()});
-    uint64_t total = std::min(uint64_t(guess), most);
     if (isGuessed)
         prefixSums(backend, lists.start.view(), lists.start.view());
     else
@@ -52,8 +58,10 @@ inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
                                               " (cluster, light) pairs; at most 2^32 - 1 are "
                                               "supported: use fewer lights or a smaller image");
     lists.lights.resize(total);
-    lists.record.resize(total);
-    lists.record.fill(0);
+    if (!isGuessed) {
+        lists.record.resize(total);
+        lists.record.fill(0);
+    }
     runPass(backend, FillClusterLights{clusterBoxes, lightBvh, lights, normals, lists.start.view(),
                                        lists.lights.view()});
     if (isGuessed)

@@ -15,7 +15,7 @@ void FrameClusters::guessLengths(bool isOn, size_t spare) {
 }
 
 void FrameClusters::prunePairs(const VisibleSurface& surface, const FrameOptions& options) {
-    const FrameScene& scene = context_.scene;
+    FrameScene& scene = context_.scene;
     const PruneFacing work{surface.view(), view(), lists(), scene.lights(), lights_.record.view()};
     pruneFacing(context_.backend, work);
     if (options.pruning != PairPruning::kLit)

@@ -56,9 +56,16 @@ void FrameScene::setMoving() {
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
+    isFollowed_ = false;
+    device_->setPositions(world_.triangles().positions);
+}
+
+void FrameScene::followMotion() {
+    if (isFollowed_)
+        return;
     space_ = truthSpaceOf(boundsOfPositions());
     movers_.update(world_, batchSet_.view(), space_, triangles(), batches());
-    device_->setPositions(world_.triangles().positions);
+    isFollowed_ = true;
 }
 
 Box FrameScene::boundsOfPositions() {
@@ -179,7 +186,7 @@ DagView FrameScene::dag() const {
     return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
 }
 
-RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& detail) {
+RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& detail, bool isTraced) {
     prepare(options);
     const DagView traced = dag();
     if (!options.believesNone() && options.level > traced.grid.resolutionLog2)
@@ -189,8 +196,8 @@ RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& deta
                                            " levels; use at most as many");
     return {options.lod == LodRule::kCoverage ? coveredDag() : traced,
             options,
-            movers(),
-            options.asksExact() ? exact() : ExactView{},
+            isTraced ? movers() : MoverView{},
+            isTraced && options.asksExact() ? exact() : ExactView{},
             detail,
             embree_.get()};
 }
@@ -216,6 +223,7 @@ void FrameScene::prepare(const RayOptions& options) {
 void FrameScene::prepareExact() {
     if (hasBvh_)
         return;
+    followMotion();
     bvh_ = buildTriangleBvh(geometry(world_.triangles()), viewOf(world_.staticTriangles()));
     bvhNodes_.set(bvh_.nodes);
     bvhLeaves_.set(bvh_.leaves);
@@ -230,11 +238,13 @@ uint64_t FrameScene::exactBytes() const {
            all.triangles.count * sizeof(glm::uvec3);
 }
 
-MoverView FrameScene::movers() const {
+MoverView FrameScene::movers() {
+    followMotion();
     return movers_.view(geometry(triangles()), batches().batches, batches().triangles);
 }
 
-MoverView FrameScene::hostMovers() const {
+MoverView FrameScene::hostMovers() {
+    followMotion();
     return movers_.hostView(geometry(world_.triangles()), batchSet_.view());
 }
 

@@ -74,14 +74,20 @@ public:
     /// Return both on the host.
     DagView hostDag() const { return hostDag_.view(); }
     DagView hostCoveredDag();
-    MoverView movers() const;
+    /// Returns the moving geometry, which rays alone read: made at the first request after an
+    /// update, as is that of the next three.
+    MoverView movers();
     /// Returns the moving geometry on the host.
-    MoverView hostMovers() const;
+    MoverView hostMovers();
     /// Returns the triangles for exact rays, as far as they are prepared.
-    ExactView exact() const {
+    ExactView exact() {
+        followMotion();
         return {geometry(triangles()), {bvhNodes_.view(), bvhLeaves_.view(), bvh_.root}};
     }
-    ExactView hostExact() const { return {geometry(world_.triangles()), bvh_.view()}; }
+    ExactView hostExact() {
+        followMotion();
+        return {geometry(world_.triangles()), bvh_.view()};
+    }
     /// Builds the hierarchy over static triangles for exact rays, once.
     void prepareExact();
     /// Returns the bytes that exact rays read besides the DAG: the triangles and their hierarchy; 0
@@ -93,7 +99,8 @@ public:
     SceneDevice& device() const { return *device_; }
     /// Returns the input of rays with these options; prepares what exact ones need. Throws Error
     /// kUsage for a level that the DAG does not have.
-    RayInputs rayInputs(const RayOptions& options, const RayDetail& detail);
+    /// @param isTraced false: no ray will be traced, so moving geometry and triangles are left out
+    RayInputs rayInputs(const RayOptions& options, const RayDetail& detail, bool isTraced = true);
     /// Returns the same on the host, for single rays.
     /// @param detail on the host
     RayInputs hostRayInputs(const RayOptions& options, const RayDetail& detail);
@@ -104,6 +111,8 @@ public:
 private:
     friend class MovedBatches;
     void setMoving();
+    /// Makes what rays read besides the DAG follow the last update.
+    void followMotion();
     /// Returns the bounds of all positions. Cost: those that move; the first time, all.
     Box boundsOfPositions();
     /// Builds what rays with these options read besides the DAG, once.
@@ -122,6 +131,7 @@ private:
     BatchSet batchSet_;
     std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
     std::vector<class MovedBatches*> listeners_; // all that there are
+    bool isFollowed_ = false;                    // by what rays read
     TruthSpace space_;
     Box stillBounds_; ///< of the positions of instances that never move, with hasStillBounds_
     bool hasStillBounds_ = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/frame_shading.h"
 
+#include "cuda/fill_pass.h"
 #include "cuda/mutant.h"
 
 #include <algorithm>
@@ -91,10 +92,10 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
                                    const DrawnMaps& maps, const FrameOptions& options) {
     color_.resize(surface.view().count());
     for (Buffer<uint32_t>* counts : {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_,
-                                     &moverTestCount_, &exactCount_}) {
+                                     &moverTestCount_, &exactCount_})
         counts->resize(clusters.clusters().cell.size());
-        counts->fill(0);
-    }
+    fillAll(context_.backend, {rayCount_, lookupCount_, provenCount_, missingTapCount_,
+                               moverTestCount_, exactCount_});
     FrameScene& scene = context_.scene;
     const float offset = options.rays.offset, bias = options.bias.constantTexels;
     RayOptions rays = options.rays;
@@ -104,7 +105,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
     filter.constantTexels = mutated(Mutant::kMapBiasZero, bias, 0.0f);
     filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
     filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
-    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail());
+    const bool servesRays = maps.serves(ServedBy::kRays);
+    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -121,8 +123,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             moverTestCount_.view(),
             exactCount_.view(),
             {},
-            needsOf(maps.serves(ServedBy::kRays), maps.serves(ServedBy::kMap),
-                    scene.world().lights(), inputs, filter.taps)};
+            needsOf(servesRays, maps.serves(ServedBy::kMap), scene.world().lights(), inputs,
+                    filter.taps)};
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/fill_pass.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/frame/map_receivers.h"
@@ -25,12 +26,11 @@ inline void listReceivers(Backend backend, const ClusterLightsView& lists,
                           const ServerOfRecord& servers, MapReceivers& receivers,
                           bool isPadded = false) {
     receivers.first.resize(lists.start.count);
-    receivers.first.fill(0);
+    receivers.list.resize(isPadded ? lists.lights.count : 0);
+    fillAll(backend, {receivers.first, {receivers.list, 0xff}}); // kNoMap
     runPass(backend, CountMapReceivers{lists, servers, receivers.first.view()});
     if (isPadded) {
         prefixSums(backend, receivers.first.view(), receivers.first.view());
-        receivers.list.resize(lists.lights.count);
-        receivers.list.fill(0xff); // kNoMap
     } else {
         receivers.list.resize(
             exclusiveScan(backend, receivers.first.view(), receivers.first.view()));

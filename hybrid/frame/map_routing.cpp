@@ -188,7 +188,6 @@ void MapRouting::count(const VisibleSurface& surface, const FrameClusters& clust
         return;
     const std::vector<Light>& lights = context_.scene.world().lights();
     const BatchView batches = context_.scene.hostBatches();
-    const MoverView movers = context_.scene.hostMovers();
     const auto measure = [&](Counts what, const auto& body) {
         if (!(counts & what))
             return;
@@ -211,6 +210,7 @@ void MapRouting::count(const VisibleSurface& surface, const FrameClusters& clust
     measure(kCountsPages, [&] { countPages(clusters, options, maps); });
     measure(kCountsPairs, [&] { estimatePairs(surface, clusters, maps); });
     measure(kCountsTriangles, [&] {
+        const MoverView movers = context_.scene.hostMovers();
         // Levels of detail follow the size of a map's texels, so earlier counts do not apply.
         const bool hasLevels = options.maps.lodTexels > 0.0f;
         const BatchView drawn = context_.scene.mapGeometry(options.maps.lodTexels).batches;
@@ -234,6 +234,7 @@ void MapRouting::count(const VisibleSurface& surface, const FrameClusters& clust
         });
     });
     measure(kCountsMovers, [&] {
+        const MoverView movers = context_.scene.hostMovers();
         countEach([&](const ShadowMapInfo& info, MapQuantities& map) {
             countMovers(movers, batches.boxesWorld, info, map);
         });

@@ -131,7 +131,7 @@ struct DemandResolution {
             }
             demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
-            atomicMaxRelaxed(&demand.resolutionSquaredBits[l], std::bit_cast<uint32_t>(wanted));
+            raiseOnceRelaxed(&demand.resolutionSquaredBits[l], std::bit_cast<uint32_t>(wanted));
         }
     }
 };
@@ -179,7 +179,7 @@ struct DemandMaps {
             }
             const uint32_t s = light * kMaxMapsPerLight + octave;
             slot[i] = s;
-            atomicMaxRelaxed(&demand.mapSquaredBits[s],
+            raiseOnceRelaxed(&demand.mapSquaredBits[s],
                              std::bit_cast<uint32_t>(demand.wantedSquared[i]));
             atomicAddRelaxed(&demand.mapSampleCount[s], samples);
             atomicAddRelaxed(&demand.mapClusterCount[s], 1);

@@ -2,6 +2,7 @@
 // Gathers the requests of every light's clusters to its shadow maps, and numbers the maps.
 #pragma once
 
+#include "cuda/fill_pass.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/light_assign_pass.h"
@@ -54,9 +55,8 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
                          const GBufferView& gbuffer = {}) {
     const size_t slotCount = lights.count * kMaxMapsPerLight;
     demand.resolutionSquaredBits.resize(lights.count);
-    demand.resolutionSquaredBits.fill(0);
     demand.ofMaps.resize(3 * slotCount + kGatheredLengths);
-    demand.ofMaps.fill(0);
+    fillAll(backend, {demand.resolutionSquaredBits, demand.ofMaps});
     demand.wantedSquared.resize(lists.lights.size());
     runPass(backend,
             DemandResolution{clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});

@@ -31,17 +31,32 @@ TEST(Atomics, ReturnThePreviousValue) {
     EXPECT_EQ(wide, uint64_t(1) << 40);
 }
 
+TEST(Atomics, OrAndRaiseOnceLeaveWhatTheOthersLeave) {
+    uint32_t word = 5;
+    orOnceRelaxed(&word, 4); // nothing new
+    EXPECT_EQ(word, 5u);
+    orOnceRelaxed(&word, 6); // partly new
+    EXPECT_EQ(word, 7u);
+    raiseOnceRelaxed(&word, 6);
+    raiseOnceRelaxed(&word, 7);
+    EXPECT_EQ(word, 7u);
+    raiseOnceRelaxed(&word, 8);
+    EXPECT_EQ(word, 8u);
+}
+
 TEST(Atomics, LoseNothingUnderContention) {
     constexpr size_t kCount = 200'000;
     setThreadCount(4);
-    uint32_t sum = 0, bits = 0, largest = 0, smallest = ~0u;
+    uint32_t sum = 0, bits = 0, bitsOnce = 0, largest = 0, largestOnce = 0, smallest = ~0u;
     uint64_t smallestWide = ~uint64_t(0);
     parallelFor<CpuTag>(
         kCount,
         [&](size_t i) {
             atomicAddRelaxed(&sum, 1);
             atomicOrRelaxed(&bits, 1u << (i % 32));
+            orOnceRelaxed(&bitsOnce, 1u << (i % 32));
             atomicMaxRelaxed(&largest, uint32_t(i * 2654435761u));
+            raiseOnceRelaxed(&largestOnce, uint32_t(i * 2654435761u));
             atomicMinRelaxed(&smallest, uint32_t(i * 2654435761u + 77));
             atomicMinRelaxed(&smallestWide, kCount - i + (uint64_t(1) << 33));
         },
@@ -54,7 +69,9 @@ TEST(Atomics, LoseNothingUnderContention) {
     }
     EXPECT_EQ(sum, kCount);
     EXPECT_EQ(bits, ~0u);
+    EXPECT_EQ(bitsOnce, ~0u);
     EXPECT_EQ(largest, largestExpected);
+    EXPECT_EQ(largestOnce, largestExpected);
     EXPECT_EQ(smallest, smallestExpected);
     EXPECT_EQ(smallestWide, (uint64_t(1) << 33) + 1);
 }

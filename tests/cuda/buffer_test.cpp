@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/buffer.h"
 
+#include "cuda/fill_pass.h"
 #include "tests/cuda/backends.h"
 
 #include <gmock/gmock.h>
@@ -39,6 +40,20 @@ TEST_P(BufferOn, FillSetsEveryByte) {
     Buffer<uint32_t> buffer(GetParam(), "test/fill", 77);
     buffer.fill(0xff);
     EXPECT_EQ(buffer.download(), std::vector<uint32_t>(77, ~0u));
+}
+
+TEST_P(BufferOn, FillAllSetsEveryByteOfEveryArray) {
+    Buffer<uint32_t> zeros(GetParam(), "test/zeros", 33), none(GetParam(), "test/none", 0),
+        ones(GetParam(), "test/ones", 70'000);
+    Buffer<uint64_t> wide(GetParam(), "test/wide", 5), untouched(GetParam(), "test/untouched");
+    untouched.upload({7});
+    fillAll(GetParam(), {zeros, none, {ones, 0xff}, {wide, 0x12}});
+    EXPECT_EQ(zeros.download(), std::vector<uint32_t>(33, 0));
+    EXPECT_EQ(ones.download(), std::vector<uint32_t>(70'000, ~0u));
+    EXPECT_EQ(wide.download(), std::vector<uint64_t>(5, 0x1212121212121212u));
+    EXPECT_EQ(untouched.at(0), 7u);
+    fillAll(GetParam(), {none});
+    fillAll(GetParam(), {});
 }
 
 TEST_P(BufferOn, EmptyIsAllowedEverywhere) {

@@ -15,7 +15,8 @@ namespace {
 
 constexpr unsigned kSeed = 1'509;
 // Nothing, one, around the block sizes of the implementation, and several blocks.
-constexpr size_t kCounts[] = {0, 1, 2, 1'000, 16'384, 16'385, 32'768, 32'769, 300'001};
+constexpr size_t kCounts[] = {0,      1,      2,      1'000,  4'096,  4'097,
+                              16'384, 16'385, 32'768, 32'769, 300'001};
 
 class ScanSortOn : public OnBackend {
 protected:
@@ -54,13 +55,15 @@ TEST_P(ScanSortOn, ScanEqualsTheSerialSum) {
 }
 
 TEST_P(ScanSortOn, ScanWorksInPlace) {
-    const std::vector<uint32_t> words = randomWords(100'000, 9);
-    std::vector<uint32_t> expected(words.size());
-    std::exclusive_scan(words.begin(), words.end(), expected.begin(), 0u);
-    Buffer<uint32_t> buffer(GetParam(), "test/in place");
-    buffer.upload(words);
-    exclusiveScan(GetParam(), buffer.view(), buffer.view());
-    EXPECT_EQ(buffer.download(), expected);
+    for (const size_t count : {9'000, 100'000}) {
+        const std::vector<uint32_t> words = randomWords(count, 9);
+        std::vector<uint32_t> expected(words.size());
+        std::exclusive_scan(words.begin(), words.end(), expected.begin(), 0u);
+        Buffer<uint32_t> buffer(GetParam(), "test/in place");
+        buffer.upload(words);
+        exclusiveScan(GetParam(), buffer.view(), buffer.view());
+        EXPECT_EQ(buffer.download(), expected);
+    }
 }
 
 // Sorts `keys` with their indices as values and compares with std::stable_sort.

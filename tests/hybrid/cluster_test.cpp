@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -55,9 +56,16 @@ TEST(Clusters, FilledByBlocksOfLanesAreThoseFilledOneByOne) {
                             viewOf(samples)};
         for (uint32_t tile = 0; tile < grid.tileCount(); ++tile)
             for (uint32_t block = 0; block < FillTile::kBlockCount; ++block) {
+                std::vector<uint32_t> found;
+                for (uint32_t lane = 0; lane < kGroupLanes; ++lane)
+                    found.push_back(fill.find(tile, block, lane));
                 std::vector<FillTile::Placed> placed;
-                for (uint32_t lane = kGroupLanes; lane-- > 0;)
-                    placed.push_back(fill.place(tile, block, lane));
+                for (uint32_t lane = kGroupLanes; lane-- > 0;) {
+                    const auto at = found.begin() + ptrdiff_t(lane);
+                    placed.push_back(fill.place(
+                        tile, block, lane, *at, uint32_t(std::count(found.begin(), at, *at)),
+                        std::find(at + 1, found.end(), *at) == found.end()));
+                }
                 for (const FillTile::Placed& one : placed)
                     fill.advance(one);
             }

@@ -248,16 +248,25 @@ TEST(WideBvh, QueriesVisitHardlyMoreBoxesThanOneRunOfAllWhereRefitsDecay) {
     EXPECT_GT(byRefitted, 2.0 * double(byFresh));
 }
 
-TEST(WideBvh, PartsOfTheTopLevelAddUpToTheWhole) {
+TEST(WideBvh, PartsOfALevelAddUpToTheWhole) {
     const std::vector<Box> boxes = randomBoxes(8, 5000);
     WideBvh bvh;
+    EXPECT_EQ(partsOf(bvh.view()).count, 0u);
     bvh.build(viewOf(boxes));
-    std::vector<uint32_t> parts, whole;
+    EXPECT_EQ(topBoxCount(bvh.view()), 5u);
+    const BvhParts divided = partsOf(bvh.view());
+    EXPECT_EQ(divided.level, 1u);
+    EXPECT_EQ(divided.count, 157u);
+    std::vector<uint32_t> parts, finer, whole;
     const auto all = [](const Box& box) { return !box.empty(); };
     for (uint32_t part = 0; part < topBoxCount(bvh.view()); ++part)
         traverseFrom(bvh.view(), part, part + 1, all, [&](uint32_t i) { parts.push_back(i); });
+    for (uint32_t part = 0; part < divided.count; ++part)
+        traverseBelow(bvh.view(), divided.level, part, part + 1, all,
+                      [&](uint32_t i) { finer.push_back(i); });
     traverse(bvh.view(), all, [&](uint32_t i) { whole.push_back(i); });
     EXPECT_EQ(parts, whole);
+    EXPECT_EQ(finer, whole);
 }
 
 TEST(Morton, BitsInterleaveXLowestAndPointsClampToTheGrid) {

@@ -90,11 +90,31 @@ TEST(CudaHostBuffers, EveryOtherCallThatFailsIsADeviceErrorAndLeavesNothing) {
                                                        {"cudaMemsetAsync", 1},
                                                        {"cudaLaunchKernelEx", 1},
                                                        {"cudaStreamSynchronize", 3},
-                                                       {"cudaEventCreate", 1},
                                                        {"cudaEventRecord", 2},
                                                        {"cudaDeviceSynchronize", 1}})
         EXPECT_GE(failEach(function, cudaErrorLaunchFailure, ErrorKind::kDevice), least)
             << function;
+}
+
+TEST(CudaHostBuffers, AnEventThatIsNotMadeIsADeviceErrorAfterAllKeptOnesAreTaken) {
+    void* const first = device::recordMark();
+    device::releaseMark(first);
+    std::vector<void*> marks{device::recordMark()};
+    EXPECT_EQ(marks[0], first);
+    {
+        const FailCall fail("cudaEventCreate", 1, cudaErrorLaunchFailure);
+        try {
+            while (marks.size() < 1000)
+                marks.push_back(device::recordMark());
+            ADD_FAILURE() << "nobody was told";
+        } catch (const Error& thrown) {
+            EXPECT_EQ(thrown.kind(), ErrorKind::kDevice) << thrown.what();
+        }
+    }
+    marks.push_back(device::recordMark());
+    for (void* const mark : marks)
+        device::releaseMark(mark);
+    device::synchronize();
 }
 
 TEST(CudaHostBuffers, AnAbsentDeviceIsNamedByTheDriver) {
