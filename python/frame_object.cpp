@@ -43,6 +43,26 @@ const FrameCosts& costsOf(SceneObject& scene, FrameRenderer& renderer, const Fra
     return found->second;
 }
 
+/// Returns the costs that the request replays. Throws Error kInput where the file has none of this
+/// frame, or they were measured under other conditions and the request does not allow those.
+const FrameCosts& replayedCosts(const SceneObject& scene, const Camera& camera,
+                                const FrameRequest& request) {
+    const CostSource& source = request.costs;
+    const CostKey key{scene.scene().name, 0, request.run.frame.start};
+    const TableCosts& found = findCosts(*source.table, source.path, key);
+    Experiment experiment = request.experiment;
+    experiment.lightCount = scene.lightCount;
+    experiment.lightSeed = scene.lightSeed;
+    const std::string others =
+        otherConditions(found, source.path, key,
+                        costConditions(scene.scene(), camera, experiment, request.timeSeconds));
+    if (!others.empty() && !request.allowsStaleCosts)
+        throw Error(ErrorKind::kInput, others + "; measure them again, or set allow_stale=True");
+    if (!others.empty())
+        pythonConsole().note("warning: " + others + "; used nevertheless");
+    return found;
+}
+
 /// Renders as SingleFrames::render does: every frame depends on its inputs alone.
 Object renderFrame(const std::shared_ptr<SceneObject>& scene, const py::dict& settings,
                    bool recordsPairs, const py::object& progress) {
@@ -78,8 +98,7 @@ Object renderFrame(const std::shared_ptr<SceneObject>& scene, const py::dict& se
         if (request.model->needsCosts()) {
             renderer.reset();
             request.model->setCosts(request.costs.table
-                                        ? findCosts(*request.costs.table, request.costs.path,
-                                                    {scene->scene().name, 0, run.frame.start})
+                                        ? replayedCosts(*scene, frame->camera, request)
                                         : costsOf(*scene, renderer, *frame, run));
         }
         frame->answers = pairResultsOf(

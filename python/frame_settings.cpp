@@ -27,6 +27,8 @@ constexpr OwnKey kOwnKeys[] = {
     {"model", "texels:96", "Of hybrid: texels:N, expr:EXPRESSION, cost, oracle, or a callable"},
     {"variant", "", "Instead of method and model: a variant by name, as in PMCD-EB-4SM-u2"},
     {"costs", "", "A file of calibrate for model cost, or of compare for model oracle"},
+    {"allow_stale", "False",
+     "Use costs of another size, camera, geometry or lights, with a warning"},
     {"time", "0", "Time of the scene's animations, seconds"},
     {"resolution", "1024", "Voxels an axis, where rays go through voxels"},
 };
@@ -145,6 +147,13 @@ void setModel(FrameRequest& request, const Json& json, const py::object& callabl
                    "the costs.json of compare");
     }
     giveCalibration(*request.model, request.costs);
+    if (const auto stale = json.find("allow_stale"); stale != json.end()) {
+        if (!stale->is_boolean())
+            refuse("\"allow_stale\" is " + jsonLine(*stale) + "; it must be True or False");
+        if (!request.costs.table)
+            refuse("\"allow_stale\" is for the \"costs\" of model oracle; drop it");
+        request.allowsStaleCosts = stale->get<bool>();
+    }
 }
 
 } // namespace

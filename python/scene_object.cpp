@@ -30,8 +30,11 @@ std::shared_ptr<SceneObject> load(const std::string& scene, int lightCount, uint
     Call call("read " + scene, progress);
     return call.run([&] {
         const Backend chosen = backendOf(backend);
-        return std::make_shared<SceneObject>(
+        auto object = std::make_shared<SceneObject>(
             loadSceneAndWorld(scene, lightCount, lightSeed, false, pythonConsole()), chosen, cache);
+        object->lightCount = lightCount;
+        object->lightSeed = lightSeed;
+        return object;
     });
 }
 

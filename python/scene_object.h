@@ -27,6 +27,8 @@ struct SceneObject {
 
     Workspace workspace;
     Judge judge;
+    int lightCount = -1;     ///< placed lights, or -1: the scene's own
+    uint64_t lightSeed = 1;  ///< of placed lights
     uint64_t frameCount = 0; ///< frames rendered so far: the last one's views are valid
     std::string judgedView;  ///< what the judge's truth belongs to
     std::string view;        ///< the camera of the workspace, as the setting names it

@@ -148,8 +148,11 @@ std::shared_ptr<SceneObject> sceneOfArrays(const py::dict& arrays, const std::st
     options.seed = lightSeed;
     Call call("place lights of " + name, py::none());
     return call.run([&] {
-        return std::make_shared<SceneObject>(loadedScene(std::move(scene), options),
-                                             backendOf(backend), cache);
+        auto object = std::make_shared<SceneObject>(loadedScene(std::move(scene), options),
+                                                    backendOf(backend), cache);
+        object->lightCount = lightCount;
+        object->lightSeed = lightSeed;
+        return object;
     });
 }
 

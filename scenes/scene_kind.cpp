@@ -33,6 +33,7 @@ constexpr KnownKind kKnownKinds[] = {
     {"an XML file, such as COLLADA", "<?xml", ".dae", true},
     {"an OBJ file", "", ".obj", true},
     {"an STL file", "", ".stl", true},
+    {"a 3DS file", "", ".3ds", true},
     {"a material library; name the .obj file that uses it", "", ".mtl", false},
     {"a ZIP archive; unpack it and name the .glb or .gltf inside", "PK\3\4", ".zip", false},
     {"compressed by gzip; unpack it first", "\x1f\x8b", ".gz", false},

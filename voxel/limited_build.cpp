@@ -98,7 +98,10 @@ private:
             part.verify(progress_);
             return part;
         } catch (const Error& error) {
-            throw Error(error.kind(), std::string(error.what()) + "; delete " + path +
+            if (error.kind() != ErrorKind::kInput)
+                throw;
+            const std::string text = error.what(); // it ends with a remedy for parts of --part
+            throw Error(error.kind(), text.substr(0, text.rfind("; ")) + "; delete " + path +
                                           " and resume again: only its share is built anew");
         }
     }

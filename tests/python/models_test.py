@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cost models written in Python route as the same models of the program, and their exceptions reach the caller."""
+import json
+import os
+import tempfile
 import unittest
 
 import numpy as np
@@ -80,6 +83,28 @@ class Models(unittest.TestCase):
                 self.routes(model)
         with self.assertRaisesRegex(sd.UsageError, "for method hybrid, not for 'dag'"):
             self.scene.frame(VIEW, method="dag", model=lambda maps: maps["texels"])
+
+    def test_costs_of_another_size_are_refused_unless_stale_ones_are_allowed(self):
+        frame = self.scene.frame(VIEW, method="hybrid")
+        maps = [{"light": int(light), "octave": int(octave), "rays_ms": 1, "map_ms": 2}
+                for light, octave in zip(frame.maps["light"], frame.maps["octave"])]
+        with tempfile.TemporaryDirectory() as directory:
+            path = os.path.join(directory, "costs.json")
+            with open(path, "w", encoding="utf-8") as file:
+                json.dump({"costs": [{"scene": "fail-sconce", "frame": 0, "rays_scale": 1, "maps_scale": 1,
+                                      "degrade_divisor": 1, "maps": maps,
+                                      "of": {"size": "96x54", "lights": 12, "light_seed": 1}}]}, file)
+
+            def routes(**more):
+                frame = self.scene.frame(method="hybrid", model="oracle", costs=path, **more)
+                return set(frame.maps["route"].tolist())
+            self.assertEqual(routes(**VIEW), {0})
+            with self.assertRaisesRegex(sd.InputError, 'size "96x54" instead of "48x27"; .*allow_stale=True'):
+                routes(size="48x27")
+            self.assertEqual(routes(size="48x27", allow_stale=True), {0})
+            for bad in (dict(costs=path, model="oracle", allow_stale=1), dict(allow_stale=True)):
+                with self.assertRaisesRegex(sd.UsageError, "allow_stale"):
+                    self.scene.frame(VIEW, method="hybrid", **bad)
 
     def test_a_model_may_use_other_scenes_but_not_its_own(self):
         other = sd.load("builtin:fail-acne")

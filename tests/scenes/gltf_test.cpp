@@ -593,6 +593,7 @@ TEST(Gltf, FilesOfOtherKindsAreNamedWithHowToConvertThem) {
                  {"b.STL", "exported by a scanner", "an STL file", true},
                  {"a.obj", "# made by hand\nv 0 0 0\n", "an OBJ file", true},
                  {"a.blend", "BLENDER-v300", "a Blender file", true},
+                 {"a.3DS", "MM", "a 3DS file", true},
                  {"a.dae", "<?xml version=\"1.0\"?>", "an XML file, such as COLLADA", true},
                  {"a.zip", "PK\3\4", "a ZIP archive; unpack it", false},
                  {"a.mtl", "newmtl red", "a material library", false}};

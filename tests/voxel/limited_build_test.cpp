@@ -165,6 +165,39 @@ void stopHalfway(const PartScene& scene, const std::string& output) {
         Stop);
 }
 
+// The remedies for parts of `--part` do not stand beside it.
+TEST(LimitedBuild, OfADamagedPartOneRemedyIsNamed) {
+    const PartScene scene;
+    const std::string output = scene.directory / "a.svdag";
+    stopHalfway(scene, output);
+    std::string part;
+    for (const auto& entry : std::filesystem::directory_iterator(output + ".scratch"))
+        if (entry.path().extension() == ".svpart")
+            part = entry.path().string();
+    ASSERT_NE(part, "");
+    const std::string whole = readText(part);
+    for (const size_t at : {size_t(0), whole.size() - 1, whole.size()}) {
+        std::string damaged = whole;
+        damaged.resize(at < whole.size() ? whole.size() : at - 1);
+        if (at < whole.size())
+            damaged[at] = char(~damaged[at]);
+        writeText(part, damaged);
+        const std::string message = messageOf(
+            [&] {
+                const ScratchFolder folder(output, true);
+                scene.build(folder, 0);
+            },
+            ErrorKind::kInput);
+        EXPECT_THAT(message, testing::EndsWith("; delete " + part +
+                                               " and resume again: only its share is built anew"));
+        EXPECT_THAT(message, testing::Not(HasSubstr("build it again")));
+    }
+    std::filesystem::remove(part);
+    const ScratchFolder folder(output, true);
+    EXPECT_EQ(scene.build(folder, 0).dag.words,
+              voxelize(scene.soup.view(), scene.soup.all(), scene.grid).words);
+}
+
 TEST(LimitedBuild, AFolderOfAnotherBuildIsDescribedBeforeTheWork) {
     const PartScene scene;
     const std::string output = scene.directory / "a.svdag";

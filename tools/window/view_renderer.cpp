@@ -166,9 +166,21 @@ bool ViewRenderer::shows(uint64_t scene) const {
 const FrameCosts& ViewRenderer::costsOf(size_t side, const ViewHooks& hooks) {
     ViewScene& o = *open_;
     ViewShown& s = *shown_;
-    if (settings_.costs.table)
-        return findCosts(*settings_.costs.table, settings_.costs.path,
-                         {o.workspace.scene().name, s.request.frame});
+    if (settings_.costs.table) {
+        const CostKey key{o.workspace.scene().name, s.request.frame};
+        const std::string& path = settings_.costs.path;
+        const TableCosts& found = findCosts(*settings_.costs.table, path, key);
+        Experiment experiment = settings_.experiment;
+        experiment.width = s.options[side].width;
+        experiment.height = s.options[side].height;
+        const std::string others =
+            otherConditions(found, path, key,
+                            costConditions(o.workspace.scene(), s.camera, experiment,
+                                           experiment.timeOfFrame(s.request.frame)));
+        if (!others.empty())
+            s.notes.push_back("oracle: " + others);
+        return found;
+    }
     FrameOptions options = s.options[side];
     options.recordPairs = false; // no cost depends on it
     const std::string& camera = s.request.frozen.empty() ? s.request.camera : s.request.frozen;

@@ -234,18 +234,24 @@ const TableCosts& findCosts(const CostTable& costs, const std::string& path, con
     return found->second;
 }
 
+std::string otherConditions(const TableCosts& costs, const std::string& path, const CostKey& key,
+                            const Json& here) {
+    std::string others;
+    for (const auto& [name, value] : here.items())
+        if (costs.of.contains(name) && costs.of[name] != value)
+            others += (others.empty() ? "" : ", ") + name + " " + jsonLine(costs.of[name]) +
+                      " instead of " + jsonLine(value);
+    return others.empty()
+               ? others
+               : path + ": its costs of " + keyText(key) + " were measured with " + others;
+}
+
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
                             const Json& here, bool allowStale, const Console& console) {
     const TableCosts& found = findCosts(costs, path, key);
-    std::string others;
-    for (const auto& [name, value] : here.items())
-        if (found.of.contains(name) && found.of[name] != value)
-            others += (others.empty() ? "" : ", ") + name + " " + jsonLine(found.of[name]) +
-                      " instead of " + jsonLine(value);
-    if (others.empty())
+    const std::string text = otherConditions(found, path, key, here);
+    if (text.empty())
         return found;
-    const std::string text =
-        path + ": its costs of " + keyText(key) + " were measured with " + others;
     if (!allowStale)
         throw Error(ErrorKind::kInput, text + "; measure them again, or pass --allow-stale");
     console.note("warning: " + text + "; used nevertheless");

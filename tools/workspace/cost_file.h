@@ -62,9 +62,14 @@ Json toJson(const CostTable& costs, const Json& provenance, const Json& experime
 CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key);
-/// The same for costs to replay. Throws Error kInput also where they were measured under other
-/// conditions, as far as the file has them; if `allowStale`, that is a warning.
+/// Returns what differs from the conditions under which costs were measured: "FILE: its costs of
+/// ... were measured with size \"64x36\" instead of ..."; "" if nothing does, as far as the file
+/// has them.
 /// @param here costConditions of the frame
+std::string otherConditions(const TableCosts& costs, const std::string& path, const CostKey& key,
+                            const Json& here);
+/// Returns the costs of a frame to replay. Throws Error kInput also for otherConditions; if
+/// `allowStale`, those are a warning.
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
                             const Json& here, bool allowStale, const Console& console);
 /// Throws Error kInput naming the file when it has no costs of one of the scenes or frames; call it
