@@ -4,7 +4,7 @@
     measure.py build/werror/tests/faults/faults_test -o tests/bench/results/faults.json [--rounds N] [--filter TESTS]
 
 --rounds is SDAG_FAULT_ROUNDS, how many times as much a test tries; --filter is googletest's. Each test is added to the
-record when it ends, so a run that is stopped keeps what it did.
+record when it ends, so a run that is stopped keeps what it did. --anew forgets what the record has of the test.
 """
 import argparse
 import json
@@ -49,6 +49,7 @@ def main():
     parser.add_argument("-o", "--output", required=True, help="the record, which is added to")
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--filter", default="*")
+    parser.add_argument("--anew", action="store_true")
     arguments = parser.parse_args()
     record = pathlib.Path(arguments.output)
     totals = json.loads(record.read_text()) if record.exists() else {}
@@ -58,11 +59,16 @@ def main():
         result = run(arguments.binary, name, arguments.rounds)
         if "seed" not in result and "failures" not in result:
             continue  # skipped, or it tries nothing at random
-        total = totals.setdefault(name.removeprefix("Command/"), {"tried_count": 0, "failed_count": 0, "seeds": [], "commits": []})
+        name = name.removeprefix("Command/")
+        if arguments.anew:
+            totals.pop(name, None)
+        total = totals.setdefault(name, {"tried_count": 0, "failed_count": 0, "seeds": [], "commits": []})
         total["tried_count"] += int(result.get("tried_count", 0))
         total["failed_count"] += "failures" in result
         if "seed" in result:
             total["seeds"].append(result["seed"])
+        if "calls" in result:
+            total["calls"] = result["calls"]  # of the last run
         if commit not in total["commits"]:
             total["commits"].append(commit)
         record.write_text(json.dumps(totals, indent=1, sort_keys=True) + "\n")

@@ -5,6 +5,8 @@
 
 With --check nothing is written, and the file is refused when it differs from the generated text.
 """
+import re
+
 from .files import expecting, read_json, replace_marked
 
 BEGIN, END = "<!-- faults:begin -->", "<!-- faults:end -->"
@@ -26,6 +28,15 @@ def table(record):
         lines.append("| `{}` | {:,} | {} |".format(
             test, sum(total["tried_count"] for _, total in totals),
             ", ".join("{} {:,}".format(command, total["tried_count"]) for command, total in totals if command)))
+    calls = {name.partition("/")[2]: dict(re.findall(r"(\w+) (\d+ of \d+)", total["calls"]))
+             for name, total in sorted(record.items()) if "calls" in total}
+    if calls:
+        functions = sorted({function for of in calls.values() for function in of})
+        lines += ["", "Of `Faults.AFailedCallLosesNothing`, how many of the calls that a run makes were made to fail:", "",
+                  "| command | " + " | ".join(f"`{function}`" for function in functions) + " |",
+                  "|---|" + "---:|" * len(functions)]
+        lines += ["| {} | {} |".format(command, " | ".join(of.get(function, "0 of 0") for function in functions))
+                  for command, of in calls.items()]
     return "\n".join(lines) + "\n\n"
 
 
