@@ -87,8 +87,9 @@ SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// As atomicOrRelaxed and atomicMaxRelaxed, for words that very many threads change, mostly to what
-/// they are already: a device then reads them at once, but changes them one after the other.
+/// As atomicOrRelaxed and atomicMaxRelaxed, but without the atomic if the word would not change.
+/// For words that many threads update, mostly to the value that they already have: a device serves
+/// reads in parallel, but atomics of a word one after the other.
 SDAG_HD inline void orOnceRelaxed(uint32_t* target, uint32_t value) {
     if ((loadRelaxed(target) & value) != value)
         atomicOrRelaxed(target, value);

@@ -125,12 +125,13 @@ std::unique_ptr<FrameRenderer> FrameRenderer::shareScene() const {
 }
 
 StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances,
-                                       StageTimes* ofLevels) {
+                                       StageTimes* ofLevels, StageTimes* ofRays) {
     StageTimes stages;
-    state_->sharedScene->update(movedInstances, stages, ofLevels != nullptr ? *ofLevels : stages);
-    stages.settle();
-    if (ofLevels != nullptr)
-        ofLevels->settle();
+    state_->sharedScene->update(movedInstances, stages, ofLevels ? *ofLevels : stages,
+                                ofRays ? *ofRays : stages);
+    for (StageTimes* times : {&stages, ofLevels, ofRays})
+        if (times)
+            times->settle();
     return stages;
 }
 

@@ -141,12 +141,15 @@ public:
     std::unique_ptr<FrameRenderer> shareScene() const;
 
     /// Applies World::setTime, which moved instances (refits batches) or lights. Returns the times
-    /// of "batch boxes", "batch hierarchy", and "scene update", which is positions, lights with
-    /// their hierarchy, and the moving geometry for rays.
+    /// of "batch boxes", "batch hierarchy", and "scene update", which is positions and lights with
+    /// their hierarchy.
     /// @param ofLevels receives the part of the first two for levels of detail, for renderers that
     /// draw them; null: it is included in the result
+    /// @param ofRays receives the "scene update" of the moving geometry, for renderers that trace
+    /// rays; null: it is included in the result. If no ray was traced since the call before, that
+    /// update waits until one is, and belongs to no stage
     StageTimes worldChanged(const std::vector<uint32_t>& movedInstances,
-                            StageTimes* ofLevels = nullptr);
+                            StageTimes* ofLevels = nullptr, StageTimes* ofRays = nullptr);
 
     /// Sets whether frames guess the lengths of their lists from the frame before, so that the host
     /// need not wait for them (cuda/list_length.h); initially on CUDA alone. No result depends on

@@ -32,8 +32,7 @@ struct WideBvhView {
     uint32_t levelCount = 0; ///< 0 when there are no items
 };
 
-/// Returns the number of boxes of the top level, 0..kBvhWidth: how many parts traverseFrom divides
-/// a query into.
+/// Returns the number of boxes of the top level, 0..kBvhWidth.
 SDAG_HD inline uint32_t topBoxCount(const WideBvhView& bvh) {
     return bvh.levelCount == 0
                ? 0
@@ -45,14 +44,21 @@ struct BvhParts {
     uint32_t level = 0, count = 0;
 };
 
-/// Returns the coarsest level above the leaves' with kLeastBvhParts boxes, so that no part is long,
-/// or, if there is none, the one with the most.
-constexpr uint32_t kLeastBvhParts = 64;
-SDAG_HD inline BvhParts partsOf(const WideBvhView& bvh) {
+/// A query is divided into at least so many parts where the levels allow it, so that no part is
+/// long, and all queries into at most kMostBvhParts beyond those of the top level, because callers
+/// keep some words for each.
+constexpr uint32_t kLeastBvhParts = 64, kMostBvhParts = 1 << 18;
+
+/// Returns by which level `queryCount` queries are each divided: the coarsest above level 0 that
+/// has at least kLeastBvhParts boxes, or else the level with the most; a coarser one if that would
+/// exceed kMostBvhParts. The top level at least; no part of a hierarchy without items.
+SDAG_HD inline BvhParts partsOf(const WideBvhView& bvh, size_t queryCount) {
     BvhParts parts{bvh.levelCount == 0 ? 0 : bvh.levelCount - 1, topBoxCount(bvh)};
     while (parts.level > 1 && parts.count < kLeastBvhParts) {
-        --parts.level;
-        parts.count = bvh.levelStart[parts.level + 1] - bvh.levelStart[parts.level];
+        const uint32_t finer = bvh.levelStart[parts.level] - bvh.levelStart[parts.level - 1];
+        if (finer * queryCount > kMostBvhParts)
+            break;
+        parts = {parts.level - 1, finer};
     }
     return parts;
 }

@@ -77,7 +77,7 @@ struct CullView {
     CellDepthView cells; ///< with MapCulling::kCellDepth, and with kept maps
     KeptView kept{};
 
-    SDAG_HD uint32_t parts() const { return partsOf(batches.bvh).count; }
+    SDAG_HD uint32_t parts() const { return partsOf(batches.bvh, maps.count).count; }
 
     /// Returns the faces of a map that a batch must be drawn into.
     SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
@@ -140,7 +140,7 @@ struct CullView {
     /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
     /// batch's level of detail and whether the map draws that level.
     template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
-        const BvhParts divided = partsOf(batches.bvh);
+        const BvhParts divided = partsOf(batches.bvh, maps.count);
         const uint32_t part = uint32_t(i % divided.count);
         const ShadowMapInfo& map = maps[i / divided.count];
         traverseBelow(

@@ -14,7 +14,7 @@ namespace {
 /// CullView::query; what a lane gets counts where isReached.
 template <class Reach>
 __device__ void queryByWarp(const CullView& cull, size_t i, const Reach& reach) {
-    const BvhParts parts = partsOf(cull.batches.bvh);
+    const BvhParts parts = partsOf(cull.batches.bvh, cull.maps.count);
     const uint32_t part = uint32_t(i % parts.count);
     const ShadowMapInfo& map = cull.maps[i / parts.count];
     const BatchView& batches = cull.batches;

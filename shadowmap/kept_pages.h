@@ -218,8 +218,8 @@ constexpr uint32_t kClearedTexelsLog2 = 6;
 /// Pages that just got memory, by rank: their page-table entries.
 struct FreshPages {
     View<const uint32_t> entries;
-    View<const uint32_t> usedCount; ///< 1: how many entries there are, the others are unused; on
-                                    ///< CUDA, where the host does not wait for it. Empty: all
+    View<const uint32_t> usedCount; ///< one word, how many of the entries are in use: on CUDA,
+                                    ///< where the host does not wait for it; empty: all are
 
     SDAG_HD size_t count() const { return usedCount.empty() ? entries.count : usedCount[0]; }
 };

@@ -247,8 +247,8 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                          View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
                          StageTimes& stages) {
     const uint64_t pages = glm::min(wanted, capacityPages_);
-    // As many pages are used as are needed if none is retained, whatever was kept of them. The host
-    // then need not wait for the counts.
+    // If no page is retained, exactly the needed pages are in use, however many of them were kept,
+    // so the host need not wait for the counts.
     isCountPending_ = keeps_ && !retains_ && !drawer_ && backend_ == Backend::kCuda;
     uint64_t fresh = pages, retained = 0, stale = 0; // if pending: at most so many are fresh
     AssignPages assign{needed, firstPage, pageTable_.view(), {}, {}, {}, {}, {}, 0, now_};
@@ -343,7 +343,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     counts.pagesRefusedCount = wanted - pages;
     counts.texelCount = pages * pageTexels();
     heldBefore_ = heldPages_;
-    heldPages_ = pages + retained;
+    heldPages_ = heldAfter_ = pages + retained;
     counts.pagesRetainedCount = retained;
     if (!isCountPending_)
         countFresh(fresh, stale, counts);
@@ -359,7 +359,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
 void PageCache::countFresh(uint64_t fresh, uint64_t stale, ShadowMapCounts& counts) const {
     counts.pagesCommittedCount = fresh - stale;
     counts.pagesClearedCount = fresh;
-    counts.pagesFreedCount = heldBefore_ + counts.pagesCommittedCount - heldPages_;
+    counts.pagesFreedCount = heldBefore_ + counts.pagesCommittedCount - heldAfter_;
 }
 
 void PageCache::count(ShadowMapCounts& counts) {

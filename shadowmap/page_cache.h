@@ -88,8 +88,9 @@ private:
     uint64_t capacityPages_ = 0;
     uint32_t now_ = 0;                        // frames kept
     uint64_t heldPages_ = 0, heldBefore_ = 0; // pages with memory after the last frame, and before
-    bool isCountPending_ = false;             // until count()
-    size_t requestCount_ = 0;                 // the first maps; the others are not requested
+    uint64_t heldAfter_ = 0; // as heldPages_, which reset() clears, for counts that are pending
+    bool isCountPending_ = false; // until count()
+    size_t requestCount_ = 0;     // the first maps; the others are not requested
     size_t keptRequestCount_ = 0;
     std::vector<KeptMap> kept_; // in the order of the last frame's maps
     std::vector<uint8_t> isSlotUsed_;

@@ -186,7 +186,7 @@ struct MarkPagesOfSteps {
     }
 };
 
-/// Writes to counts[i] the pages marked in word i, and 0 to the counts behind.
+/// Writes to counts[i] the pages marked in word i, and 0 to the remaining counts.
 struct CountPages {
     View<const uint32_t> pages;
     View<uint32_t> counts; ///< as long as `pages`, or longer

@@ -195,8 +195,8 @@ struct ShadowMaps::State {
     }
 
     /// Queues to mark the pages of all receivers at a divisor, and to count them, and those at the
-    /// first `stepCount` divisors, whose page tables have `stepWords` words. Queues nothing, and
-    /// nothing is to be waited for, without requests.
+    /// first `stepCount` divisors, whose page tables have `stepWords` words. Without requests
+    /// it queues nothing, and there is nothing to wait for.
     void queueMark(const std::vector<MapRequest>& requests, const MapInputs& inputs, int step,
                    int stepCount, uint64_t stepWords) {
         uint64_t words = 0;
@@ -313,8 +313,8 @@ struct ShadowMaps::State {
             return;
         const std::vector<uint32_t> first = firstPage.download();
         const std::vector<CullCounts> found = cullCounts.download();
-        counts.unsplitTriangleCount = largeTriangles.grow();
         cache.count(counts);
+        counts.unsplitTriangleCount = largeTriangles.grow();
         isCounted = true; // not earlier, so that a failed download can be repeated
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();

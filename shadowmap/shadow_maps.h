@@ -64,9 +64,9 @@ struct ShadowMapOptions {
 /// those of the last frame, and memory for new pages. "page clear": of that memory. "geometry
 /// copy": to the device, CUDA only, and only of inputs that are not there. "culling masks": depths
 /// of blocks of cells; with static optimization also the drawn depths. "culling query": the batches
-/// that each map reaches, by the hierarchy; with guessed lengths before "page commit". "culling
-/// tests": those batches against face masks, projection maps and depths, and the list of draws.
-/// "rasterization": drawing it.
+/// that each map reaches, by the hierarchy; with guessed lengths, unless levels of detail are
+/// drawn, before "page commit". "culling tests": those batches against face masks, projection maps
+/// and depths, and the list of draws. "rasterization": drawing it.
 inline constexpr const char* kShadowMapStages[] = {
     "page masks",    "page commit",   "page clear",    "geometry copy",
     "culling masks", "culling query", "culling tests", "rasterization"};

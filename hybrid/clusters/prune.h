@@ -53,7 +53,8 @@ struct PruneFacing {
     }
 };
 
-/// On CUDA a warp takes an entry: a cluster may have a thousand samples and as many lights.
+/// On CUDA a block takes a cluster and its warps the entries: a cluster may have a thousand samples
+/// and as many lights.
 void launchPass(CudaTag, const PruneFacing& work);
 
 } // namespace shadowdag

@@ -94,7 +94,7 @@ Box FrameScene::boundsOfPositions() {
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
-                        StageTimes& ofLevels) {
+                        StageTimes& ofLevels, StageTimes& ofRays) {
     const auto mark = [](std::vector<bool>& all, const BatchSet& set) {
         all.resize(set.view().batches.count, false);
         for (const uint32_t batch : set.movedBatches())
@@ -108,7 +108,19 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
         if (polygonLod_)
             mark(listener->levels_, polygonLod_->batchSet());
     }
-    const StageTimer timer(backend_, stages, "scene update");
+    const bool areMoversRead = isFollowed_;
+    {
+        const StageTimer timer(backend_, stages, "scene update");
+        setMoved(movedInstances);
+        setMoving();
+    }
+    if (areMoversRead) {
+        const StageTimer timer(backend_, ofRays, "scene update");
+        followMotion();
+    }
+}
+
+void FrameScene::setMoved(const std::vector<uint32_t>& movedInstances) {
     std::vector<ArrayRange> moved;
     for (const uint32_t i : movedInstances)
         moved.push_back({world_.instances()[i].firstVertex, world_.instances()[i].vertexCount});
@@ -119,7 +131,6 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
         const TriangleView levels = polygonLod_->triangles();
         levelGeometry_.setMoved(levels, polygonLod_->batches(0.0f), {{0, levels.positions.count}});
     }
-    setMoving();
 }
 
 MapGeometry FrameScene::mapGeometry(float lodTexels) {

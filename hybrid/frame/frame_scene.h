@@ -41,8 +41,10 @@ public:
     /// @param stages receives the times of "batch boxes", "batch hierarchy" and "scene update", the
     /// rest
     /// @param ofLevels receives the times of the first two for levels of detail, if they are
+    /// @param ofRays receives the "scene update" of the moving geometry, which only rays read. It
+    /// is updated here if it was read since the last update, else when it is next read, in no stage
     void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
-                StageTimes& ofLevels);
+                StageTimes& ofLevels, StageTimes& ofRays);
 
     /// Returns where passes run and buffers live.
     Backend backend() const { return backend_; }
@@ -74,12 +76,12 @@ public:
     /// Return both on the host.
     DagView hostDag() const { return hostDag_.view(); }
     DagView hostCoveredDag();
-    /// Returns the moving geometry, which rays alone read: made at the first request after an
-    /// update, as is that of the next three.
+    /// Returns the moving geometry, which only rays read. This and the next three functions update
+    /// it if update() has not.
     MoverView movers();
     /// Returns the moving geometry on the host.
     MoverView hostMovers();
-    /// Returns the triangles for exact rays, as far as they are prepared.
+    /// Returns the triangles for exact rays, with their hierarchy if it is prepared.
     ExactView exact() {
         followMotion();
         return {geometry(triangles()), {bvhNodes_.view(), bvhLeaves_.view(), bvh_.root}};
@@ -110,6 +112,7 @@ public:
 
 private:
     friend class MovedBatches;
+    void setMoved(const std::vector<uint32_t>& movedInstances);
     void setMoving();
     /// Makes what rays read besides the DAG follow the last update.
     void followMotion();

@@ -43,15 +43,18 @@ TEST_P(BufferOn, FillSetsEveryByte) {
 }
 
 TEST_P(BufferOn, FillAllSetsEveryByteOfEveryArray) {
-    Buffer<uint32_t> zeros(GetParam(), "test/zeros", 33), none(GetParam(), "test/none", 0),
+    Buffer<uint32_t> zeros(GetParam(), "test/zeros"), none(GetParam(), "test/none", 0),
         ones(GetParam(), "test/ones", 70'000);
-    Buffer<uint64_t> wide(GetParam(), "test/wide", 5), untouched(GetParam(), "test/untouched");
-    untouched.upload({7});
+    Buffer<uint64_t> wide(GetParam(), "test/wide", 5);
+    zeros.upload(std::vector<uint32_t>(40, 7));
+    zeros.resize(33);
     fillAll(GetParam(), {zeros, none, {ones, 0xff}, {wide, 0x12}});
     EXPECT_EQ(zeros.download(), std::vector<uint32_t>(33, 0));
+    zeros.resize(40); // what lies behind an array is not filled
+    for (size_t i = 33; i < 40; ++i)
+        EXPECT_EQ(zeros.at(i), 7u);
     EXPECT_EQ(ones.download(), std::vector<uint32_t>(70'000, ~0u));
     EXPECT_EQ(wide.download(), std::vector<uint64_t>(5, 0x1212121212121212u));
-    EXPECT_EQ(untouched.at(0), 7u);
     fillAll(GetParam(), {none});
     fillAll(GetParam(), {});
 }

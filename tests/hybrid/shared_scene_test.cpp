@@ -98,6 +98,36 @@ TEST(SharedScene, LevelsOfDetailAreTimedSeparately) {
     EXPECT_EQ(stages(2), 2u); // boxes and their hierarchy
 }
 
+// So that frames by rays count it, and frames by maps alone do not.
+TEST(SharedScene, MovingGeometryForRaysIsTimedSeparately) {
+    const Scene scene = turningScene();
+    World world(scene, {});
+    const Dag dag = dagOf(world, 5);
+    const FrameRenderer first(Backend::kCpu, world, dag);
+    const std::unique_ptr<FrameRenderer> maps = first.shareScene(), rays = first.shareScene();
+    const auto stages = [&](float time) {
+        StageTimes ofRays;
+        EXPECT_GT(maps->worldChanged(world.setTime(time), nullptr, &ofRays).stageMs("scene update"),
+                  0);
+        return ofRays.stagesMs;
+    };
+    const auto render = [&](FrameRenderer& renderer, const char* model) {
+        const FrameResult result =
+            renderer.render(roomCamera(), *makeCostModel(model), optionsOf(kKinds[1]));
+        EXPECT_EQ(result.stages.stageMs("scene update"), 0);
+        return result;
+    };
+    EXPECT_TRUE(stages(1).empty());
+    render(*maps, "texels:0");
+    EXPECT_TRUE(stages(2).empty()) << "no ray has read it";
+    render(*rays, "texels:inf");
+    ASSERT_EQ(stages(3).size(), 1u);
+    EXPECT_TRUE(stages(4).empty()) << "no ray has read it since";
+    // It is made up for where it is read.
+    FrameRenderer own(Backend::kCpu, world, dag);
+    EXPECT_EQ(render(*rays, "texels:inf").color, render(own, "texels:inf").color);
+}
+
 TEST(SharedScene, PairsAreListedWithoutChangingKeptState) {
     Stage stage(turningScene());
     const auto model = makeCostModel("texels:0");

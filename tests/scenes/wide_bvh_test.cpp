@@ -251,12 +251,14 @@ TEST(WideBvh, QueriesVisitHardlyMoreBoxesThanOneRunOfAllWhereRefitsDecay) {
 TEST(WideBvh, PartsOfALevelAddUpToTheWhole) {
     const std::vector<Box> boxes = randomBoxes(8, 5000);
     WideBvh bvh;
-    EXPECT_EQ(partsOf(bvh.view()).count, 0u);
+    EXPECT_EQ(partsOf(bvh.view(), 1).count, 0u);
     bvh.build(viewOf(boxes));
     EXPECT_EQ(topBoxCount(bvh.view()), 5u);
-    const BvhParts divided = partsOf(bvh.view());
+    const BvhParts divided = partsOf(bvh.view(), 1000);
     EXPECT_EQ(divided.level, 1u);
     EXPECT_EQ(divided.count, 157u);
+    EXPECT_EQ(partsOf(bvh.view(), kMostBvhParts / 157).count, 157u);
+    EXPECT_EQ(partsOf(bvh.view(), kMostBvhParts / 157 + 1).count, 5u) << "their words are bounded";
     std::vector<uint32_t> parts, finer, whole;
     const auto all = [](const Box& box) { return !box.empty(); };
     for (uint32_t part = 0; part < topBoxCount(bvh.view()); ++part)

@@ -220,31 +220,41 @@ TEST(StaticOptimization, CudaGivesTheBitsOfTheCpu) {
                           words.count * sizeof(uint32_t));
         return copy;
     };
-    ShadowMapOptions options = keeping(MapCulling::kCellDepth);
-    options.poolBytes = 1200 * 16 * 16 * 4;
-    Animation a(51);
-    ShadowMaps host(Backend::kCpu), device(Backend::kCuda);
-    for (int frame = 0; frame < 40; ++frame) {
-        SCOPED_TRACE("frame " + std::to_string(frame));
-        StageTimes stages;
-        for (ShadowMaps* maps : {&host, &device})
-            maps->build(a.requests, a.boxes, a.receivers, a.scene.view(), a.batches->view(),
-                        options, stages, viewOf(a.moved));
-        const ShadowMapView view = host.view();
-        // The page table of all maps, kept ones too; the pool is as large on both.
-        ASSERT_EQ(std::vector<uint32_t>(view.pageTable.begin(), view.pageTable.end()),
-                  downloaded(device.view().pageTable));
-        const std::vector<uint32_t> depths = downloaded(device.view().depths);
-        size_t different = 0;
-        for (const uint32_t page : view.pageTable)
-            for (size_t texel = 0; page != kNoPage && texel < 16 * 16; ++texel)
-                different += view.depths[page * 16 * 16 + texel] != depths[page * 16 * 16 + texel];
-        ASSERT_EQ(different, 0u);
-        EXPECT_EQ(host.counts().triangleDrawCount, device.counts().triangleDrawCount);
-        EXPECT_EQ(host.counts().triangleKeptCount, device.counts().triangleKeptCount);
-        EXPECT_EQ(host.counts().pagesFreedCount, device.counts().pagesFreedCount);
-        a.moved.clear();
-        a.step();
+    for (const bool retains : {true, false}) {
+        SCOPED_TRACE(retains ? "retaining" : "freeing at once");
+        ShadowMapOptions options = keeping(MapCulling::kCellDepth);
+        options.poolBytes = 1200 * 16 * 16 * 4;
+        options.retainsPages = retains;
+        Animation a(51);
+        ShadowMaps host(Backend::kCpu), device(Backend::kCuda);
+        for (int frame = 0; frame < 40; ++frame) {
+            SCOPED_TRACE("frame " + std::to_string(frame));
+            StageTimes stages;
+            for (ShadowMaps* maps : {&host, &device})
+                maps->build(a.requests, a.boxes, a.receivers, a.scene.view(), a.batches->view(),
+                            options, stages, viewOf(a.moved));
+            const ShadowMapView view = host.view();
+            // The page table of all maps, kept ones too; the pool is as large on both.
+            ASSERT_EQ(std::vector<uint32_t>(view.pageTable.begin(), view.pageTable.end()),
+                      downloaded(device.view().pageTable));
+            const std::vector<uint32_t> depths = downloaded(device.view().depths);
+            size_t different = 0;
+            for (const uint32_t page : view.pageTable)
+                for (size_t texel = 0; page != kNoPage && texel < 16 * 16; ++texel)
+                    different +=
+                        view.depths[page * 16 * 16 + texel] != depths[page * 16 * 16 + texel];
+            ASSERT_EQ(different, 0u);
+            if (frame % 8 == 7) // the device's counts are not fetched yet
+                for (ShadowMaps* maps : {&host, &device})
+                    maps->forget();
+            const ShadowMapCounts &expected = host.counts(), &counts = device.counts();
+            EXPECT_EQ(expected.triangleDrawCount, counts.triangleDrawCount);
+            EXPECT_EQ(expected.triangleKeptCount, counts.triangleKeptCount);
+            EXPECT_EQ(expected.pagesCommittedCount, counts.pagesCommittedCount);
+            EXPECT_EQ(expected.pagesFreedCount, counts.pagesFreedCount);
+            a.moved.clear();
+            a.step();
+        }
     }
 }
 

@@ -143,11 +143,9 @@ private:
     void show(uint32_t frame) {
         workspace_.advance(experiment_.timeOfFrame(frame));
         for (const std::unique_ptr<Player>& player : players_) {
-            const FollowTimes& times = workspace_.followTimes(workspace_.voxelsOf(player->run));
-            player->update = times.stages;
-            if (player->options.maps.lodTexels > 0.0f)
-                for (const auto& [name, timeMs] : times.ofLevels.stagesMs)
-                    player->update.add(name, timeMs);
+            player->update = {};
+            workspace_.followTimes(workspace_.voxelsOf(player->run))
+                .addTo(player->update, player->run);
         }
         view_ = workspace_.camera();
     }

@@ -189,16 +189,9 @@ FrameResult SingleFrames::renderNext(float timeSeconds, uint32_t frame) {
     workspace_->advance(timeSeconds);
     const double updateMs =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    const FollowTimes& update = workspace_->followTimes(workspace_->voxelsOf(run_));
     FrameResult result = renderer.render(workspace_->camera(), *model_, options);
-    const auto add = [&result](const StageTimes& times) {
-        for (const auto& [name, timeMs] : times.stagesMs)
-            result.stages.add(name, timeMs);
-    };
     result.wallMs += updateMs;
-    add(update.stages);
-    if (run_.frame.maps.lodTexels > 0.0f)
-        add(update.ofLevels);
+    workspace_->followTimes(workspace_->voxelsOf(run_)).addTo(result.stages, run_);
     return result;
 }
 

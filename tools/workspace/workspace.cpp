@@ -138,9 +138,22 @@ void Workspace::advance(float timeSeconds) {
         if (of.renderers.empty())
             continue;
         of.followTimes.stages = // for all that share the scene
-            of.renderers.front()->worldChanged(of.moved, &of.followTimes.ofLevels);
+            of.renderers.front()->worldChanged(of.moved, &of.followTimes.ofLevels,
+                                               &of.followTimes.ofRays);
         of.moved.clear();
     }
+}
+
+void FollowTimes::addTo(StageTimes& times, const RunParameters& run) const {
+    const auto add = [&](const StageTimes& part) {
+        for (const auto& [name, timeMs] : part.stagesMs)
+            times.add(name, timeMs);
+    };
+    add(stages);
+    if (run.frame.maps.lodTexels > 0.0f)
+        add(ofLevels);
+    if (const MethodNeeds& needs = run.kind().needs(); needs.rays || needs.embree)
+        add(ofRays);
 }
 
 const FollowTimes& Workspace::followTimes(uint32_t resolutionLog2) {

@@ -33,6 +33,10 @@ struct WorkspaceOptions {
 struct FollowTimes {
     StageTimes stages;   ///< FrameRenderer::worldChanged
     StageTimes ofLevels; ///< additional time of levels of detail, for renderers that draw them
+    StageTimes ofRays;   ///< additional time of moving geometry, for renderers that trace rays
+
+    /// Adds those that a run's frames need.
+    void addTo(StageTimes& times, const RunParameters& run) const;
 };
 
 /// One scene with everything that renders it. Not thread safe.
