@@ -91,7 +91,7 @@ class Models(unittest.TestCase):
         with tempfile.TemporaryDirectory() as directory:
             path = os.path.join(directory, "costs.json")
             with open(path, "w", encoding="utf-8") as file:
-                json.dump({"costs": [{"scene": "fail-sconce", "frame": 0, "rays_scale": 1, "maps_scale": 1,
+                json.dump({"costs": [{"scene": "builtin:fail-sconce", "frame": 0, "rays_scale": 1, "maps_scale": 1,
                                       "degrade_divisor": 1, "maps": maps,
                                       "of": {"size": "96x54", "lights": 12, "light_seed": 1}}]}, file)
 
