@@ -8,6 +8,7 @@
 #include "scenes/write_remedy.h"
 #include "tools/settings/json_file.h"
 #include "tools/workspace/study_kinds.h"
+#include "tools/workspace/whole_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -182,19 +183,19 @@ void moveFile(const std::string& from, const std::string& to) {
                                               failed.message() + "; choose another directory");
 }
 
-/// Restores the older report after an interrupted swap. The new files return to `partial`.
+/// Restores the older report after an interrupted swap, or after an undo that was interrupted. The
+/// new files return to `partial`. Each move is the reverse of one of swapReport.
 void undoSwap(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     if (!fs::exists(old))
         return;
-    bool isReached = true; // by the swap, which goes in this order: what is new is moved
+    const Json freshNames = readOwnJsonFile(partial + "/fresh.json");
     for (const std::string& name : reportParts()) {
         const std::string target = directory + "/" + name, fresh = partial + "/" + name;
         const bool wasThere = fs::exists(old + "/" + name);
-        isReached = isReached && !fs::exists(fresh);
-        // Without charts there are no files at their places.
-        const bool isFresh = wasThere || (isReached && name != "charts");
-        if (isFresh && fs::exists(target)) {
+        const bool isMoved =
+            std::count(freshNames.begin(), freshNames.end(), Json(name)) > 0 && !fs::exists(fresh);
+        if ((wasThere || isMoved) && fs::exists(target)) {
             std::error_code ignored; // a folder that was given the rights of an older one
             if (fs::is_directory(target))
                 fs::permissions(target, fs::perms::owner_all, fs::perm_options::add, ignored);
@@ -325,6 +326,11 @@ void swapReport(const std::string& directory) {
     refuseForeignFiles(directory); // which came during the run
     for (const std::string& name : reportParts())
         keepAttributesOfFiles(directory + "/" + name, partial + "/" + name);
+    Json freshNames; // for undoSwap, before there is anything to undo
+    for (const std::string& name : reportParts())
+        if (fs::exists(partial + "/" + name))
+            freshNames.push_back(name);
+    writeWholeFile(partial + "/fresh.json", freshNames.dump());
     createDirectory(old);
     auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
