@@ -207,6 +207,28 @@ void undoSwap(const std::string& directory) {
     fs::remove_all(old);
 }
 
+/// As createDirectory, of any length.
+void makeDirectory(const std::string& path) {
+    std::error_code failed;
+    const fs::file_status there = fs::status(path, failed);
+    if (failed == std::errc::too_many_symbolic_link_levels)
+        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
+    if (fs::exists(there) && !fs::is_directory(there))
+        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
+    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
+        throw Error(ErrorKind::kResource,
+                    path + ": is a symbolic link that leads nowhere; create the directory that it "
+                           "leads to, or remove the link");
+    refuseFileAsFolder(path);
+    fs::create_directories(path, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
+                                              "; choose another directory");
+    if (const std::string why = whyNotWritable(path); !why.empty())
+        throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
+    OutputFile(path + "/.shadowdag-probe"); // removed again, as it is not committed
+}
+
 /// Throws Error kUsage if the directory contains finished parts of an interrupted run, which one
 /// that does not resume it would delete.
 void refuseFinishedParts(const std::string& directory) {
@@ -277,30 +299,13 @@ ReportDirectory::~ReportDirectory() {
 }
 
 void createDirectory(const std::string& path) {
-    std::error_code failed;
-    const fs::file_status there = fs::status(path, failed);
-    if (failed == std::errc::too_many_symbolic_link_levels)
-        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
-    if (fs::exists(there) && !fs::is_directory(there))
-        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
-    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
-        throw Error(ErrorKind::kResource,
-                    path + ": is a symbolic link that leads nowhere; create the directory that it "
-                           "leads to, or remove the link");
-    refuseFileAsFolder(path);
     // The longest path of a report, with its zero byte; the system refuses longer names.
     constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - sizeof "/partial/done/images/";
     if (path.size() > kMostBytes)
         throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
                                               std::to_string(kMostBytes) +
                                               " bytes, so that the files in it have room");
-    fs::create_directories(path, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
-                                              "; choose another directory");
-    if (const std::string why = whyNotWritable(path); !why.empty())
-        throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
-    OutputFile(path + "/probe"); // removed again, as it is not committed
+    makeDirectory(path);
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -316,7 +321,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         std::error_code ignored;
         fs::remove_all(directory + "/partial", ignored);
     }
-    createDirectory(directory + "/partial/images");
+    makeDirectory(directory + "/partial/images");
     removeAbandonedFiles(directory + "/partial"); // of a killed run that is resumed
     return lock;
 }
@@ -331,7 +336,7 @@ void swapReport(const std::string& directory) {
         if (fs::exists(partial + "/" + name))
             freshNames.push_back(name);
     writeWholeFile(partial + "/fresh.json", freshNames.dump());
-    createDirectory(old);
+    makeDirectory(old);
     auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
         for (const std::string& name : reportParts()) {

@@ -299,10 +299,20 @@ TEST(ReportDirectory, AJournalThatCannotBeReadDoesNotCountAsAbsent) {
 }
 
 TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
+    constexpr size_t kMostBytes = 3819;
     const TemporaryDirectory directory;
     std::string path = directory.path();
-    while (path.size() < 3800)
+    while (path.size() < kMostBytes - 250)
         path += "/" + std::string(100, 'a');
+    path += "/" + std::string(kMostBytes - path.size() - 1, 'a');
+    {
+        const ReportDirectory held(path, false, false); // the most is enough for all
+        writeFiles(path + "/partial", {{"results.json", "{}"}, {"images/a.png", "new"}});
+        swapReport(path);
+        EXPECT_EQ(readText(path + "/images/a.png"), "new");
+    }
+    std::filesystem::remove_all(directory / std::string(100, 'a'));
+    path += "a";
     try {
         createDirectory(path);
         ADD_FAILURE();
@@ -313,6 +323,12 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
             << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(directory / std::string(100, 'a')));
+}
+
+TEST(ReportDirectory, AFolderMayHoldSomethingOfTheUsersNamedProbe) {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory / "probe");
+    EXPECT_NO_THROW(createDirectory(directory.path()));
 }
 
 TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
@@ -326,7 +342,8 @@ TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
         }
     };
     // Root has the rights, but the system creates no file there.
-    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/probe" : "cannot be"),
+    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/.shadowdag-probe"
+                                                   : "cannot be"),
               std::string::npos)
         << refusal("/proc");
     if (geteuid() != 0)
