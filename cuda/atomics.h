@@ -87,8 +87,8 @@ SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// As atomicOrRelaxed and atomicMaxRelaxed, for words that very many threads change, mostly to what
-/// they are already: a device then reads them at once, but changes them one after the other.
+/// Like atomicOrRelaxed and atomicMaxRelaxed, but skip the atomic if the word would not change. For
+/// words that many threads set to the value they have: reads are parallel, atomics are serialized.
 SDAG_HD inline void orOnceRelaxed(uint32_t* target, uint32_t value) {
     if ((loadRelaxed(target) & value) != value)
         atomicOrRelaxed(target, value);

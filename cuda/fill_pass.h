@@ -22,7 +22,7 @@ struct FilledWords {
     }
 };
 
-/// Sets word i of all arrays, one after the other.
+/// Sets word i of the concatenated arrays.
 struct FillArrays {
     static constexpr uint32_t kMostArrays = 8;
     View<uint32_t> arrays[kMostArrays];
@@ -42,7 +42,8 @@ struct FillArrays {
     }
 };
 
-/// Fills all of them. @param all at most FillArrays::kMostArrays, on the backend; may be empty
+/// Sets every byte of each array to its value. @param all at most FillArrays::kMostArrays, on the
+/// backend; may be empty
 inline void fillAll(Backend backend, std::initializer_list<FilledWords> all) {
     SDAG_ASSERT(all.size() <= FillArrays::kMostArrays);
     FillArrays work{};

@@ -15,9 +15,9 @@ namespace shadowdag {
 /// Threads of a block, of nearly all our kernels: four warps.
 constexpr unsigned kBlockThreads = 128;
 
-/// Queues `blockCount` blocks of so many threads of a kernel on the default stream, with copies of
-/// the arguments; nothing for no blocks. Throws Error kResource for more blocks than a device
-/// starts at once, kDevice if the runtime refuses the launch.
+/// Queues a kernel of `blockCount` blocks of `threadCount` threads on the default stream, with
+/// copies of the arguments; nothing for no blocks. Throws Error kResource for more blocks than a
+/// device starts at once, kDevice if the runtime refuses the launch.
 template <class... Parameters>
 void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned threadCount,
                   const std::type_identity_t<Parameters>&... arguments) {
