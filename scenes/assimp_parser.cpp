@@ -14,6 +14,7 @@
 #include <assimp/version.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <new>
@@ -130,6 +131,13 @@ GltfSource parse(const std::string& path, const Bytes& bytes, const std::string&
     if (!files->refused().empty())
         throw Error(ErrorKind::kInput, printable(path + ": " + quotedNames(files->refused())));
     if (scene == nullptr) {
+        if (const std::exception_ptr thrown = importer.GetException())
+            try {
+                std::rethrow_exception(thrown);
+            } catch (const Error&) { // of FolderFiles
+                throw;
+            } catch (...) { // its text is the reason
+            }
         const std::string reason = importer.GetErrorString();
         if (reason.find("bad_alloc") != std::string::npos)
             throw std::bad_alloc();

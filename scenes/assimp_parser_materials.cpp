@@ -52,9 +52,8 @@ public:
         std::vector<UvSets> sets;
         for (size_t i = 0; i < scene_.mNumMaterials; ++i)
             sets.push_back(writeMaterial(*scene_.mMaterials[i], i));
-        conversion_.warn(
-            unreadImageCount_,
-            "images within the file are not compressed as PNG or JPEG, and are ignored.");
+        conversion_.warn(unreadImageCount_,
+                         "embedded images are neither PNG nor JPEG and are ignored.");
         conversion_.warn(turnedCount_, "textures are turned by the file, which is ignored.");
         conversion_.warn(invertedCount_, "inverted opacity maps ignored.");
         return sets;

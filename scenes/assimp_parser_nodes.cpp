@@ -304,7 +304,8 @@ void NodeWriter::writeLights() {
         if (!isFinite(position) || !isFinite(color) || !(glm::dot(direction, direction) > 0.0))
             fail(conversion_, place,
                  "its position " + pointText(position) + ", colour " + pointText(color) +
-                     " or direction " + pointText(direction) + " is none");
+                     " or direction " + pointText(direction) +
+                     " is not finite, or the direction is zero");
         std::string text = "{" + glb::nameMember(textOf(light.mName)) +
                            "\"color\":" + glb::numbers(glm::vec3(color), 3) + ",\"type\":\"" +
                            kind + "\"";
@@ -340,7 +341,7 @@ void NodeWriter::writeCameras() {
         if (!isFinite(position) || !(glm::dot(forward, forward) > 0.0))
             fail(conversion_, place,
                  "its position " + pointText(position) + " or direction " + pointText(forward) +
-                     " is none");
+                     " is not finite, or the direction is zero");
         // Of a camera without an aspect ratio, a picture of 16 to 9 has the stated angle.
         const double aspect =
             camera.mAspect > 0.0f && std::isfinite(camera.mAspect) ? camera.mAspect : 16.0 / 9.0;
@@ -411,12 +412,12 @@ void NodeWriter::writeWarnings() {
     conversion_.warn(lightCount_,
                      "lights: the colour that the file states is taken as candela (lux "
                      "of directional lights), and its attenuation is ignored.");
-    conversion_.warn(wideCount_, "spots are wider than half a sphere, which they are limited to.");
+    conversion_.warn(wideCount_, "spot cones are wider than a hemisphere and are limited to one.");
     conversion_.warn(otherLightCount_, "ambient, area and other lights ignored: only points, spots "
                                        "and directional lights are supported.");
     conversion_.warn(orthographicCount_,
                      "orthographic cameras ignored: only perspective ones are supported.");
-    conversion_.warn(nearCount_, "cameras state no near plane; theirs is at 0.1 m.");
+    conversion_.warn(nearCount_, "cameras have no near plane; 0.1 m is used.");
 }
 
 } // namespace

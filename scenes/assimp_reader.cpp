@@ -125,10 +125,14 @@ Error errorOf(const ProcessEnd& end, const ProcessLimits& limits, const std::str
         return refused(path, "reading it took longer than the limit for a file of its size, " +
                                  std::to_string(limits.cpuSeconds) +
                                  " s of processor time; it is damaged");
+    if (end.wroteTooMuch)
+        return refused(path, "its content takes more than " +
+                                 std::to_string(limits.outputBytes >> 20) + " MiB");
     if (end.signal == SIGKILL)
         return Error(ErrorKind::kResource, path + ": reading it was killed; is memory short?");
-    if (end.signal == 0 && end.status == int(ErrorKind::kInput))
-        return Error(ErrorKind::kInput, end.output);
+    for (const ErrorKind kind : {ErrorKind::kInput, ErrorKind::kResource})
+        if (end.signal == 0 && end.status == int(kind) && !end.output.empty())
+            return Error(kind, end.output);
     const bool isOutOfMemory = end.signal == 0 && end.status == int(ErrorKind::kResource);
     if (isOutOfMemory && !end.tighterMemoryLimit.empty())
         return Error(ErrorKind::kResource,

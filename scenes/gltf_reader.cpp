@@ -289,8 +289,7 @@ void SceneReader::readMesh(size_t index) {
                      std::to_string(groups.front().deform.targets.size()));
         if (!groups.empty() && groups.front().deform.joints.empty() != deform.joints.empty())
             fail(document_, place,
-                 "has or lacks JOINTS_0 unlike another primitive of its mesh; a skin needs it of "
-                 "all");
+                 "only some primitives of its mesh have JOINTS_0; a skin needs it on every one");
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
             return g.accessor == position->second && g.deform == deform &&
                    (uv == kNone || g.uvAccessor == kNone ||

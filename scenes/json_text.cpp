@@ -6,8 +6,10 @@
 namespace shadowdag {
 
 std::string whyNoUtf8(std::string_view text) {
+    const auto isZero = [&](size_t i) { return text[i] == 0; };
     const bool isUtf16 = text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") ||
-                         (text.size() > 1 && (text[0] == 0) != (text[1] == 0));
+                         (text.size() > 1 && isZero(0) != isZero(1) &&
+                          (text.size() < 4 || (isZero(2) == isZero(0) && isZero(3) == isZero(1))));
     return isUtf16 ? "is UTF-16; save it as UTF-8" : "";
 }
 

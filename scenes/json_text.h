@@ -9,7 +9,8 @@
 namespace shadowdag {
 
 /// Returns "is UTF-16; save it as UTF-8", or "" for a text that is not UTF-16, by its byte order
-/// mark or the zero byte of its first character: editors show such a text like any other.
+/// mark or the zero bytes of its first two characters, of which a binary file may begin with one:
+/// editors show such a text like any other.
 std::string whyNoUtf8(std::string_view text);
 
 /// Returns whether at a place stands what other formats have for no number, and JSON does not: NaN,

@@ -175,7 +175,8 @@ ProcessEnd runInProcess(const std::string& what, const ProcessLimits& limits,
     ProcessEnd end;
     end.tighterMemoryLimit = tighterLimitOfShell(limits, dataBytes);
     end.output = reader.readOutput(limits.outputBytes);
-    if (end.output.size() > limits.outputBytes)
+    end.wroteTooMuch = end.output.size() > limits.outputBytes;
+    if (end.wroteTooMuch)
         reader.end();
     const int status = reader.wait();
     end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;

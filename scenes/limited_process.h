@@ -13,7 +13,7 @@ namespace shadowdag {
 
 /// What the process may take.
 struct ProcessLimits {
-    uint64_t memoryBytes; ///< that it may write beyond what this process may (RLIMIT_DATA)
+    uint64_t memoryBytes; ///< that it may write beyond what this process has (RLIMIT_DATA)
     uint64_t cpuSeconds;
     uint64_t outputBytes; ///< it is killed when it writes more
 };
@@ -23,6 +23,7 @@ struct ProcessEnd {
     std::string output;                  ///< what it wrote
     int status = 0;                      ///< its exit status, unless a signal ended it
     int signal = 0;                      ///< that ended it; 0: none
+    bool wroteTooMuch = false;           ///< more than outputBytes: it was killed for that
     std::string tighterMemoryLimit = {}; ///< "ulimit -v" if that left less than memoryBytes; or ""
 };
 
@@ -33,8 +34,8 @@ void lowerLimit(int resource, uint64_t value);
 /// Passes bytes to the process that waits.
 using ByteSink = std::function<void(const void* data, size_t byteCount)>;
 
-/// Runs `work` in a process of its own and returns how that ended. Its standard streams are closed
-/// to it, and so is every other file that is open; it ends with this process. While it runs, this
+/// Runs `work` in a process of its own and returns how that ended. It has no standard streams
+/// and none of this process's open files, and is killed when this process ends. While it runs, this
 /// thread waits and can be cancelled (pollCpu), which kills it. With sanitizers, which reserve
 /// terabytes for themselves, its memory is not limited.
 /// @param what is read, for messages

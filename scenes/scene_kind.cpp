@@ -59,7 +59,7 @@ std::optional<SceneKind> otherKindOf(const std::string& path, const std::vector<
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
     const char begin = first == std::string_view::npos ? '\0' : text[first];
-    if (!whyNoUtf8(text.substr(0, 2)).empty())
+    if (!whyNoUtf8(text).empty())
         return SceneKind{"", lowerCaseExtension(path), false};
     if (text.starts_with("glTF") || begin == '{')
         return std::nullopt;
@@ -81,7 +81,7 @@ std::optional<SceneKind> otherKindOf(const std::string& path, const std::vector<
 void refuseKind(const std::string& path, const SceneKind& kind, const std::vector<uint8_t>& bytes,
                 const std::string& why) {
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()),
-                                 std::min<size_t>(bytes.size(), 2));
+                                 std::min<size_t>(bytes.size(), 4));
     if (const std::string utf = whyNoUtf8(begin); kind.name.empty() && !utf.empty())
         throw Error(ErrorKind::kInput, path + ": " + utf);
     if (kind.name.empty())

@@ -136,7 +136,7 @@ TEST(GltfDeform, WhatCannotDeformIsRefusedByItsPlace) {
         {"meshes",
          R"([{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"indices":1},)"
          R"({"attributes":{"POSITION":0},"indices":1}]}])",
-         "meshes/0/primitives/1: has or lacks JOINTS_0"},
+         "meshes/0/primitives/1: only some primitives of its mesh have JOINTS_0"},
     };
     for (const auto& broken : skins)
         EXPECT_THAT(messageOf(skinnedFile().set(broken.member, broken.json)),

@@ -31,6 +31,7 @@ TEST(LimitedProcess, ItsOutputAndStatusAreReturned) {
     EXPECT_EQ(end.output, text + "yz");
     EXPECT_EQ(end.status, 7);
     EXPECT_EQ(end.signal, 0);
+    EXPECT_FALSE(end.wroteTooMuch);
     EXPECT_EQ(runInProcess("f", kLimits, [](const ByteSink&) { return 0; }).output, "");
 }
 
@@ -102,6 +103,7 @@ TEST(LimitedProcess, ItIsKilledWhenItWritesTooMuch) {
         return 0;
     });
     EXPECT_EQ(end.signal, SIGKILL);
+    EXPECT_TRUE(end.wroteTooMuch);
     EXPECT_LE(end.output.size(), kLimits.outputBytes + (1 << 17));
 }
 

@@ -7,6 +7,7 @@
 #include "scenes/gltf.h"
 #include "scenes/png_alpha.h"
 #include "scenes/scene_folder.h"
+#include "scenes/scene_kind.h"
 #include "scenes/world.h"
 #include "tests/scenes/cube_files.h"
 
@@ -14,7 +15,12 @@
 #include <gtest/gtest.h>
 #include <stb_image_write.h>
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 namespace shadowdag {
@@ -391,6 +397,31 @@ TEST_F(OtherScenes, ACrashOfAssimpIsAMessage) {
                 HasSubstr("reading it by Assimp crashed"));
 }
 
+// In the process that reads, where the first free file is the last that the limit allows.
+TEST_F(OtherScenes, ALimitOfOpenFilesIsNotBlamedOnTheFile) {
+    folder.write("a.mtl", "newmtl m\n");
+    const std::string path = folder.write("a.obj", board());
+    const pid_t child = fork();
+    if (child == 0) {
+        constexpr struct rlimit kFour = {4, 4}; // files: the standard ones, of which one is free
+        close_range(STDERR_FILENO + 1, ~0u, 0);
+        close(STDIN_FILENO);
+        setrlimit(RLIMIT_NOFILE, &kFour);
+        try {
+            readSceneFile(path);
+        } catch (const Error& error) {
+            std::fprintf(stderr, "%s\n", error.what());
+            const std::string message = error.what();
+            _exit(message.find("Too many open files") == std::string::npos ? 0 : int(error.kind()));
+        }
+        _exit(0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), int(ErrorKind::kResource));
+}
+
 TEST_F(OtherScenes, NamesThatAreNotTextDoNoHarm) {
     const Scene scene = read("a.obj", "o \xff\x1b[31m\"\\x\n" + cubeObj());
     EXPECT_EQ(cornersOf(scene).size(), 36u);
@@ -405,6 +436,26 @@ TEST_F(OtherScenes, WhatIsNoSceneIsRefused) {
     EXPECT_THAT(messageOf("a.mtl", "newmtl m\n"), HasSubstr("a material library"));
     EXPECT_THAT(messageOf("a.zip", "PK\3\4"), HasSubstr("a ZIP archive"));
     EXPECT_THAT(messageOf("a.blend", "BLENDER-v300"), HasSubstr("Blender"));
+}
+
+// The header of a binary STL file may hold anything.
+TEST(SceneFile, AZeroByteDoesNotMakeABinaryFileUtf16) {
+    const auto kindOf = [](const std::string& name, std::string content) {
+        return otherKindOf(name, {content.begin(), content.end()}).value().name;
+    };
+    EXPECT_EQ(kindOf("a.stl", "A" + std::string(83, '\0')), "an STL file");
+    EXPECT_EQ(kindOf("a.obj", std::string("{\0}\0", 4)), "") << "UTF-16";
+    const TemporaryFolder folder;
+    for (const auto& [content, message] :
+         {std::pair("A" + std::string(83, '\0'), "neither JSON nor binary glTF"),
+          {std::string("\0{\0}", 4), "is UTF-16; save it as UTF-8"}}) {
+        try {
+            readSceneFile(folder.write("a.bin", content));
+            ADD_FAILURE() << message;
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr(message));
+        }
+    }
 }
 
 TEST(SceneFile, GltfIsReadAsByItsReader) {

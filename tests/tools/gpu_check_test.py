@@ -23,6 +23,14 @@ def run(*arguments, **variables):
                           env=dict(os.environ, PYTHONDONTWRITEBYTECODE="1", **variables))
 
 
+def module():
+    """Returns the script as a module."""
+    loader = importlib.machinery.SourceFileLoader("gpu_check", str(SCRIPT))
+    loaded = importlib.util.module_from_spec(importlib.util.spec_from_loader("gpu_check", loader))
+    loader.exec_module(loaded)
+    return loaded
+
+
 class GpuCheck(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
@@ -120,10 +128,22 @@ class GpuCheck(unittest.TestCase):
         self.assertIn("status 99", steps["racecheck cuda_test"]["note"])
         self.assertIn("ERROR: a race", steps["racecheck cuda_test"]["note"])
 
+    def test_an_error_of_the_script_beside_others_is_not_lost(self):
+        def broken(*_):
+            raise TypeError("no step")
+        script = module()
+        script.found_tool = lambda name: name
+        self.out.mkdir()
+        check = script.Check(type("Options", (), {"smoke": True, "minutes": 1, "tests": None, "backend": "cuda"}), self.out)
+        check.parity = broken
+        with self.assertRaisesRegex(TypeError, "no step"):
+            check.sanitize()
+
     def test_profiles_say_what_every_kernel_of_the_last_whole_frame_takes(self):
-        # Four frames of clear, two draws and shade; the first has a kernel more. Times are 1, 2, ... in ns.
+        # Four frames of clear, two draws and shade, after kernels of the setup, one as often as frames. Times are 1, 2, ...
+        # in ns.
         frame = ["clear", "draw", "draw", "shade"]
-        launches = ["build", *frame, *frame, *frame, *frame]
+        launches = ["build", *["sort"] * 4, *frame, *frame, *frame, *frame]
         metrics = ("gpu__time_duration.sum", "dram__throughput.avg.pct_of_peak_sustained_elapsed",
                    "sm__warps_active.avg.pct_of_peak_sustained_active", "smsp__thread_inst_executed_per_inst_executed.ratio")
         lines = ["==PROF== Connected", '"ID","Kernel Name",' + ",".join(f'"{name}"' for name in metrics),
@@ -141,16 +161,18 @@ class GpuCheck(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual({(row["scene"], row["method"]) for row in self.results()["profiles"]},
                          {(scene, method) for scene in ("atrium", "houses", "necropolis") for method in ("maps", "dag")})
-        # The last whole frame is launches 9 to 12: draws take 1.010 + 1.011 us with 10 and 11 %.
+        # The last whole frame is launches 13 to 16: draws take 1.014 + 1.015 us with 14 and 15 %.
         kernels = self.results()["profiles"][0]["kernels"]
         self.assertEqual([row["kernel"] for row in kernels], ["draw", "shade", "clear"])
-        self.assertEqual(kernels[0], {"kernel": "draw", "launches": 2, "us": 2.021, "memory_percent": 10.5,
+        self.assertEqual(kernels[0], {"kernel": "draw", "launches": 2, "us": 2.029, "memory_percent": 14.5,
                                       "occupancy_percent": 60.0, "active_lanes": 32.0})
         self.assertIn("4 launches take 0.004 ms", done.stdout)
-        (self.folder / "table").write_text("==ERROR== no permission\n")
-        done = run("--build", build.parent, "--only", "profile", "-o", self.out, PATH=path)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("ncu gave no table: ==ERROR== no permission", done.stdout)
+        for table, reason in (("==ERROR== no permission", "ncu gave no table: ==ERROR== no permission"),
+                              (lines[1], "ncu measured no kernel"), ("\n".join(lines[1:3]), "no kernel was launched 4 times")):
+            (self.folder / "table").write_text(table + "\n")
+            done = run("--build", build.parent, "--only", "profile", "-o", self.out, PATH=path)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(reason, done.stdout)
 
     def test_a_step_that_hangs_ends_with_the_time(self):
         build = self.stub("exec sleep 100\n")
@@ -181,14 +203,12 @@ class GpuCheck(unittest.TestCase):
                              for name in names), names)
 
     def test_pack_refuses_more_than_may_be_carried(self):
-        loader = importlib.machinery.SourceFileLoader("gpu_check", str(SCRIPT))
-        module = importlib.util.module_from_spec(importlib.util.spec_from_loader("gpu_check", loader))
-        loader.exec_module(module)
-        module.LIMIT_BYTES = 1000
+        script = module()
+        script.LIMIT_BYTES = 1000
         options = type("Options", (), {"build": BUILD, "output": self.folder / "bundle", "tests": "cuda_test",
                                        "preset": 0})
-        with self.assertRaisesRegex(module.StepFailed, "more than 0.0 MiB; pack fewer"):
-            module.pack(options)
+        with self.assertRaisesRegex(script.StepFailed, "more than 0.0 MiB; pack fewer"):
+            script.pack(options)
         self.assertEqual(list((self.folder / "bundle").iterdir()), [])
 
     def test_contradictions_are_wrong_usage(self):

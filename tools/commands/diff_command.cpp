@@ -122,7 +122,7 @@ std::function<void()> declareDiff(CommandLine& commandLine) {
                      "directory",
                      true);
     commandLine.text("RESULTS_B", arguments->b, "",
-                     "The results that are held against them; the program ends with 5 where these "
+                     "The results to compare with RESULTS_A; the program ends with 5 where these "
                      "are worse or lack a row or a value",
                      true);
     commandLine.text("-o,--output", arguments->output, "F.html",

@@ -255,7 +255,8 @@ int runProgram(int argc, char** argv, bool hasNoOutput) {
         ExitMessage exit = exitMessageOf(error);
         if (exit.status == int(ErrorKind::kResource) && hasFinishedParts())
             exit.message +=
-                "; finished parts are kept: after that, the same command with --resume continues";
+                "; finished parts are kept; once this is fixed, run the same command with --resume "
+                "to continue";
         return complain(exit.message, exit.status);
     }
     return 1;

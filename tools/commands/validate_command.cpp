@@ -54,7 +54,8 @@ void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& 
 constexpr const char* kMapFiles[] = {"truth.png", "method.png", "error.png", "errors.exr"};
 
 /// Throws Error kUsage if a directory has one of the files that a validate writes, without one that
-/// it writes before, so that it is of something else; kResource if one cannot be replaced.
+/// it writes before, so that it is of something else; kResource if one cannot be replaced. A
+/// foreign truth.png alone is not noticed, as an interrupted validate may leave just that.
 void refuseForeignMaps(const std::string& directory) {
     std::string absent;
     for (const std::string name : kMapFiles) {

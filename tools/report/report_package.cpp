@@ -229,8 +229,9 @@ Json ReportPackage::writePage(const std::string& name, const std::string& direct
     if (const std::string page = directory + "/index.html";
         hasPage() && !std::filesystem::exists(page))
         throw Error(ErrorKind::kResource, path_ + ": " + name +
-                                              " ended without an error and without " + page +
-                                              "; is a module of another place in PYTHONPATH?");
+                                              " reported success but did not write " + page +
+                                              "; does PYTHONPATH lead to another copy of the "
+                                              "package?");
     const std::string charts = directory + "/charts/charts.json";
     return std::filesystem::exists(charts) ? readJsonFile(charts, "make the report again")
                                            : Json{{"charts", Json::array()}};

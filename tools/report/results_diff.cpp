@@ -80,7 +80,7 @@ bool isOfTime(const std::string& key) {
            endsWith(key, "rss_bytes");
 }
 
-/// Returns whether a value can only be a number from 0, or, if it is time_ms, a list of such.
+/// Returns whether a value can only be a number >= 0, or, if it is time_ms, a list of such.
 bool isQuantity(const std::string& key) {
     for (const char* other : {"error_metric", "wrong_pairs", "unnamed", "round_times_ms"})
         if (key == other) // texts and lists
@@ -89,15 +89,15 @@ bool isQuantity(const std::string& key) {
            (directionOf(key) != Direction::kNeither || isOfTime(key) || endsWith(key, "_count"));
 }
 
-/// Throws Error kInput for a value that is no number from 0.
+/// Throws Error kInput for a value that is not a number >= 0.
 /// @param where file and row, for the message
 void checkNumber(const Json& value, const std::string& key, const std::string& where) {
     if (!value.is_number() || value.get<double>() < 0)
         throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
-                                           "; it must be a number from 0; measure it again");
+                                           "; it must be a number >= 0; measure it again");
 }
 
-/// Throws Error kInput for a quantity of an object that is no number from 0, and for one outside
+/// Throws Error kInput for a quantity of an object that is not a number >= 0, and for one outside
 /// the interval beside it.
 void checkQuantity(const Json& object, const std::string& key, const std::string& where) {
     checkNumber(object[key], key, where);

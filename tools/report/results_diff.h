@@ -35,7 +35,7 @@ struct DiffOptions {
 /// describes the programs), and the counts of all of these. A row or a value that b lacks is worse,
 /// unless experiments may differ. Throws Error kUsage where the results are of different kinds,
 /// experiments, scenes or machines and `options` does not allow it, kInput where a row is listed
-/// twice, a list is none, a count, an error, a size or a time is no number from 0 or outside its
+/// twice, a list is none, a count, an error, a size or a time is not a number >= 0 or outside its
 /// interval, or nothing can be compared.
 /// @param nameA, nameB of the results, for messages
 Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,

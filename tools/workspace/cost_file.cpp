@@ -371,8 +371,8 @@ std::vector<std::string> remarksOn(const CostSource& source,
     if (source.table && std::any_of(source.table->begin(), source.table->end(),
                                     [](const auto& entry) { return entry.second.of.is_null(); }))
         remarks.push_back("warning: " + source.path +
-                          ": does not say of which geometry, size, camera and lights its costs "
-                          "are, so this is not checked; measure again");
+                          ": does not record the geometry, size, camera and lights of its "
+                          "costs, so they cannot be checked; measure again");
     for (const RunParameters& run : runs)
         if (const std::string other = otherSettings(source, run);
             needsCalibration(run) && !other.empty()) {

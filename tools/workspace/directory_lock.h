@@ -10,8 +10,8 @@ namespace shadowdag {
 /// destruction. The lock is advisory: it excludes only processes that use it.
 class DirectoryLock {
 public:
-    /// Throws Error kUsage when another holds the directory, naming `option`; kResource when it
-    /// cannot be opened or locked.
+    /// Throws Error kResource when another holds the directory, naming `option`, or when it cannot
+    /// be opened or locked.
     DirectoryLock(const std::string& option, const std::string& directory);
     ~DirectoryLock();
     DirectoryLock(DirectoryLock&& other) noexcept;

@@ -73,25 +73,28 @@ std::vector<std::string> referredFiles(const std::string& path, const std::strin
     return files;
 }
 
-/// Returns the files that lines of a text name after one of the words that begin so: of an OBJ file
-/// its material libraries, of these their images. Options before an image's name are left out.
-std::vector<std::string> filesOfLines(const std::string& path, const std::string& text,
-                                      const std::string& word) {
-    std::vector<std::string> files;
+/// Returns the names that lines of a text state after one of the words that begin so: in an OBJ
+/// file of its material libraries, in these of their images. After options, whose values are not
+/// known here, the name may begin at each word: all that may be meant are returned.
+std::vector<std::string> namesOfLines(const std::string& text, const std::string& word) {
+    std::vector<std::string> found;
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
         const size_t begin = line.find_first_not_of(" \t"), end = line.find_last_not_of(" \t\r");
         if (begin == std::string::npos || line.compare(begin, word.size(), word) != 0)
             continue;
         const size_t space = line.find_first_of(" \t", begin);
-        const size_t name = line.find_first_not_of(" \t", space);
+        size_t name = line.find_first_not_of(" \t", space);
         if (space > end || name > end)
             continue;
-        const size_t from = line[name] == '-' ? line.find_last_of(" \t", end) + 1 : name;
-        const std::string file = line.substr(from, end + 1 - from);
-        files.push_back((std::filesystem::path(path).parent_path() / file).string());
+        std::replace(line.begin(), line.end(), '\\', '/');
+        const bool hasOptions = line[name] == '-';
+        do {
+            found.push_back(line.substr(name, end + 1 - name));
+            name = line.find_first_not_of(" \t", line.find_first_of(" \t", name));
+        } while (hasOptions && name < end);
     }
-    return files;
+    return found;
 }
 
 /// Returns the text of a journal's key or parts.
@@ -128,11 +131,21 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
             hashes[file] = hashOfFile(file);
         if (lowerCaseExtension(scene) != ".obj")
             continue;
-        for (const std::string& library : filesOfLines(scene, *bytes, "mtllib")) {
-            hashes[library] = hashOfFile(library);
-            const std::string materials = fileBytes(library).value_or("");
-            for (const std::string& image : filesOfLines(library, materials, "map_"))
-                hashes[image] = hashOfFile(image);
+        const std::filesystem::path folder = std::filesystem::path(scene).parent_path();
+        const auto bytesOf = [&](const std::string& name) {
+            const std::string path = (folder / name).string();
+            const std::optional<std::string> found = fileBytes(path);
+            hashes[path] = hashOf(found);
+            return found;
+        };
+        for (const std::string& library : namesOfLines(*bytes, "mtllib")) {
+            std::optional<std::string> materials = bytesOf(library);
+            if (!materials) // as its reader does
+                materials = bytesOf(std::filesystem::path(scene).stem().string() + ".mtl");
+            for (const std::string& image : namesOfLines(materials.value_or(""), "map_")) {
+                bytesOf(image);
+                bytesOf(image.substr(image.rfind('/') + 1)); // where it is not in that folder
+            }
         }
     }
     for (const std::string& file : files)
@@ -161,12 +174,17 @@ std::string firstDifference(const Json& before, const Json& now) {
 }
 
 std::string remarkOn(const Journal& journal) {
+    const size_t reused = journal.takenUpCount(), lost = journal.lostCount();
+    const auto parts = [](size_t count) {
+        return std::to_string(count) + (count == 1 ? " finished part" : " finished parts");
+    };
     std::string text;
-    if (journal.takenUpCount() > 0)
-        text = std::to_string(journal.takenUpCount()) + " finished parts reused";
-    if (journal.lostCount() > 0)
-        text += (text.empty() ? "" : ", ") + std::to_string(journal.lostCount()) +
-                " without their pictures measured again";
+    if (reused > 0)
+        text = parts(reused) + (reused == 1 ? " is reused" : " are reused");
+    if (lost > 0)
+        text += (reused > 0 ? "; " + std::to_string(lost) : parts(lost)) +
+                (lost == 1 ? " lost its pictures and is measured again"
+                           : " lost their pictures and are measured again");
     return text;
 }
 

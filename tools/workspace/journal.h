@@ -14,8 +14,9 @@ namespace shadowdag {
 
 /// Returns hashes by name of the inputs of results besides the experiment: the program itself,
 /// every scene (of a glTF file also the buffers and images that it refers to, of an OBJ file its
-/// materials and their images; of other kinds the file alone) and the further files given (assets,
-/// costs). A file that cannot be read is "missing"; its reader will report it.
+/// materials and their images, and what its reader reads where one of these is missing; of other
+/// kinds the file alone) and the further files given (assets, costs). A file that cannot be read is
+/// "missing"; its reader will report it.
 Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files);
 
 /// Returns the first difference of two keys as text, with the place and both values: "size was

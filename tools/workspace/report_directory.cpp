@@ -8,6 +8,7 @@
 #include "scenes/write_remedy.h"
 #include "tools/settings/json_file.h"
 #include "tools/workspace/study_kinds.h"
+#include "tools/workspace/whole_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -182,19 +183,19 @@ void moveFile(const std::string& from, const std::string& to) {
                                               failed.message() + "; choose another directory");
 }
 
-/// Restores the older report after an interrupted swap. The new files return to `partial`.
+/// Restores the older report after an interrupted swap, or after an undo that was interrupted. The
+/// new files return to `partial`. Each move is the reverse of one of swapReport.
 void undoSwap(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     if (!fs::exists(old))
         return;
-    bool isReached = true; // by the swap, which goes in this order: what is new is moved
+    const Json freshNames = readOwnJsonFile(partial + "/fresh.json");
     for (const std::string& name : reportParts()) {
         const std::string target = directory + "/" + name, fresh = partial + "/" + name;
         const bool wasThere = fs::exists(old + "/" + name);
-        isReached = isReached && !fs::exists(fresh);
-        // Without charts there are no files at their places.
-        const bool isFresh = wasThere || (isReached && name != "charts");
-        if (isFresh && fs::exists(target)) {
+        const bool isMoved =
+            std::count(freshNames.begin(), freshNames.end(), Json(name)) > 0 && !fs::exists(fresh);
+        if ((wasThere || isMoved) && fs::exists(target)) {
             std::error_code ignored; // a folder that was given the rights of an older one
             if (fs::is_directory(target))
                 fs::permissions(target, fs::perms::owner_all, fs::perm_options::add, ignored);
@@ -204,6 +205,28 @@ void undoSwap(const std::string& directory) {
             moveFile(old + "/" + name, target);
     }
     fs::remove_all(old);
+}
+
+/// As createDirectory, of any length.
+void makeDirectory(const std::string& path) {
+    std::error_code failed;
+    const fs::file_status there = fs::status(path, failed);
+    if (failed == std::errc::too_many_symbolic_link_levels)
+        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
+    if (fs::exists(there) && !fs::is_directory(there))
+        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
+    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
+        throw Error(ErrorKind::kResource,
+                    path + ": is a symbolic link that leads nowhere; create the directory that it "
+                           "leads to, or remove the link");
+    refuseFileAsFolder(path);
+    fs::create_directories(path, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
+                                              "; choose another directory");
+    if (const std::string why = whyNotWritable(path); !why.empty())
+        throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
+    OutputFile(path + "/.shadowdag-probe"); // removed again, as it is not committed
 }
 
 /// Throws Error kUsage if the directory contains finished parts of an interrupted run, which one
@@ -276,30 +299,13 @@ ReportDirectory::~ReportDirectory() {
 }
 
 void createDirectory(const std::string& path) {
-    std::error_code failed;
-    const fs::file_status there = fs::status(path, failed);
-    if (failed == std::errc::too_many_symbolic_link_levels)
-        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
-    if (fs::exists(there) && !fs::is_directory(there))
-        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
-    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
-        throw Error(ErrorKind::kResource,
-                    path + ": is a symbolic link that leads nowhere; create the directory that it "
-                           "leads to, or remove the link");
-    refuseFileAsFolder(path);
     // The longest path of a report, with its zero byte; the system refuses longer names.
     constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - sizeof "/partial/done/images/";
     if (path.size() > kMostBytes)
         throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
                                               std::to_string(kMostBytes) +
                                               " bytes, so that the files in it have room");
-    fs::create_directories(path, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
-                                              "; choose another directory");
-    if (const std::string why = whyNotWritable(path); !why.empty())
-        throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
-    OutputFile(path + "/probe"); // removed again, as it is not committed
+    makeDirectory(path);
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -315,7 +321,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         std::error_code ignored;
         fs::remove_all(directory + "/partial", ignored);
     }
-    createDirectory(directory + "/partial/images");
+    makeDirectory(directory + "/partial/images");
     removeAbandonedFiles(directory + "/partial"); // of a killed run that is resumed
     return lock;
 }
@@ -325,7 +331,12 @@ void swapReport(const std::string& directory) {
     refuseForeignFiles(directory); // which came during the run
     for (const std::string& name : reportParts())
         keepAttributesOfFiles(directory + "/" + name, partial + "/" + name);
-    createDirectory(old);
+    Json freshNames; // for undoSwap, before there is anything to undo
+    for (const std::string& name : reportParts())
+        if (fs::exists(partial + "/" + name))
+            freshNames.push_back(name);
+    writeWholeFile(partial + "/fresh.json", freshNames.dump());
+    makeDirectory(old);
     auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
         for (const std::string& name : reportParts()) {

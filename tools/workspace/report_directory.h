@@ -31,10 +31,12 @@ private:
 void createDirectory(const std::string& path);
 
 /// Creates the directory and tests that it can be written to, before any work. Unless resumed,
-/// `partial` is emptied. Returns the lock that excludes other runs. Throws Error kUsage if another
-/// run is at work there, if the directory contains a file with a report's name, or in a report's
-/// folder, that this program did not write, a report where a part is to be written or the reverse,
-/// or, unless resumed, finished parts of an interrupted run; kResource if it cannot be created.
+/// `partial` is emptied. Returns the lock that excludes other runs. Throws Error kUsage if the
+/// directory contains a file with a report's name, or in a report's folder, that this program did
+/// not write, a report where a part is to be written or the reverse, or, unless resumed, finished
+/// parts of an interrupted run; kInput if a JSON file of its report or the journal of its finished
+/// parts is damaged; kResource if another run is at work there, if createDirectory fails, or if a
+/// file or a folder of its report may not be replaced or moved.
 [[nodiscard]] DirectoryLock prepareDirectory(const std::string& directory, bool resume,
                                              bool isPart);
 

@@ -64,7 +64,7 @@ TEST(CompareReports, APageThatWasNotWrittenIsAnError) {
                       "embree", "--repeats", "1", "--warmups", "0", "--no-charts"},
                      {"/usr/bin/env", "PYTHONPATH=" + (directory / "modules")});
     EXPECT_EQ(result.status, 3) << result.err;
-    EXPECT_THAT(result.err, HasSubstr("ended without an error and without"));
+    EXPECT_THAT(result.err, HasSubstr("reported success but did not write"));
     EXPECT_FALSE(std::filesystem::exists(report + "/results.json"));
 }
 

@@ -80,7 +80,7 @@ TEST(CostFile, CostsOfOtherConditionsAreRefusedUnlessStaleOnesAreAllowed) {
     }
     CostSource source = readCostSource(directory / "c.json", Json::object());
     EXPECT_THAT(remarksOn(source, {}),
-                testing::ElementsAre(testing::HasSubstr("does not say of which geometry")));
+                testing::ElementsAre(testing::HasSubstr("does not record the geometry")));
     source.table->erase({"b", 0});
     EXPECT_THAT(remarksOn(source, {}), testing::IsEmpty());
 }

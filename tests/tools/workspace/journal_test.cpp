@@ -87,12 +87,12 @@ TEST(Journal, PartsWithoutTheirPicturesAreMeasuredAgain) {
         journal.set("study", {{"rows", {{{"image", "b.png"}}}}});
         journal.set("none", {{"x", "png"}});
     }
-    EXPECT_EQ(remarkOn(Journal(path, "key", true)), "3 finished parts reused");
+    EXPECT_EQ(remarkOn(Journal(path, "key", true)), "3 finished parts are reused");
     std::filesystem::remove(directory / "images/b.png");
     {
         const Journal journal(path, "key", true);
         EXPECT_EQ(remarkOn(journal),
-                  "2 finished parts reused, 1 without their pictures measured again");
+                  "2 finished parts are reused; 1 lost its pictures and is measured again");
         EXPECT_EQ(journal.find("study"), nullptr);
         EXPECT_NE(journal.find("compare"), nullptr);
     }
@@ -104,7 +104,13 @@ TEST(Journal, PartsWithoutTheirPicturesAreMeasuredAgain) {
     writeText(directory / "images/a.png", whole);
     EXPECT_EQ(Journal(path, "key", true).lostCount(), 1u);
     std::filesystem::remove_all(directory / "images");
-    EXPECT_EQ(Journal(path, "key", true).find("compare"), nullptr);
+    const Journal journal(path, "key", true);
+    EXPECT_EQ(journal.find("compare"), nullptr);
+    EXPECT_EQ(remarkOn(journal),
+              "1 finished part is reused; 2 lost their pictures and are measured again");
+    Journal(path, "key", false).set("study", {{"image", "b.png"}});
+    EXPECT_EQ(remarkOn(Journal(path, "key", true)),
+              "1 finished part lost its pictures and is measured again");
 }
 
 TEST(InputHashes, DependOnEveryByteThatResultsDependOn) {
@@ -130,11 +136,38 @@ TEST(InputHashes, DependOnEveryByteThatResultsDependOn) {
     writeText(obj, "v 0 0 0\n mtllib a b.mtl \r\nmtllib\n");
     writeText(mtl, "newmtl m\nmap_Kd a b.png\nmap_d -clamp on c.png\n");
     const Json named = inputHashes({obj}, {});
-    EXPECT_EQ(named.size(), 5u) << named;
     for (const char* image : {"a b.png", "c.png"})
         EXPECT_EQ(named[directory / image], "missing");
     writeText(mtl, "newmtl n\n");
     EXPECT_NE(inputHashes({obj}, {})[mtl], named[mtl]);
+}
+
+// Images are sought in the scene's folder, by their last part where the path is not there, and the
+// library STEM.mtl where the named one is missing.
+TEST(InputHashes, DependOnFilesThatAreReadInPlaceOfThoseNamed) {
+    const TemporaryDirectory directory;
+    const std::string obj = directory / "a.obj";
+    for (const auto& [objText, mtl, image] : {std::tuple{"mtllib none.mtl\n", "a.mtl", "b.png"},
+                                              {"mtllib sub\\b.mtl\n", "sub/b.mtl", "b.png"},
+                                              {"mtllib b.mtl\n", "b.mtl", "textures/b.png"},
+                                              {"mtllib b.mtl\n", "b.mtl", "c d.png"}}) {
+        const std::string library = directory / mtl, texture = directory / image;
+        for (const std::string& path : {library, texture})
+            std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+        writeText(obj, objText);
+        writeText(library, "newmtl m\nmap_Kd C:\\lost\\b.png\nmap_Kd textures\\b.png\n"
+                           "map_d -s 1 1 1 c d.png\n");
+        writeText(texture, "1");
+        const Json first = inputHashes({obj}, {});
+        for (const std::string& path : {library, texture}) {
+            const std::string old = readText(path);
+            writeText(path, old + " ");
+            EXPECT_NE(inputHashes({obj}, {}), first) << path;
+            writeText(path, old);
+        }
+        for (const std::string& path : {library, texture})
+            std::filesystem::remove(path);
+    }
 }
 
 } // namespace shadowdag

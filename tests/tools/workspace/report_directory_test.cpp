@@ -8,12 +8,119 @@
 
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <functional>
+#include <map>
 
 namespace shadowdag {
 namespace {
+
+/// How many renames this process has left before one ends it, as SIGKILL would; below 0: any
+/// number.
+long gRenamesLeft = -1;
+
+} // namespace
+} // namespace shadowdag
+
+/// Takes the place of the C library's.
+extern "C" __attribute__((visibility("default"))) int rename(const char* from,
+                                                             const char* to) noexcept {
+    if (shadowdag::gRenamesLeft == 0)
+        _exit(1);
+    --shadowdag::gRenamesLeft;
+    return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
+
+namespace shadowdag {
+namespace {
+
+/// Runs a function in a process of its own, which is killed at a rename. Returns whether it was.
+bool isKilledAtRename(long number, const std::function<void()>& act) {
+    const pid_t child = fork();
+    if (child == 0) {
+        gRenamesLeft = number;
+        try {
+            act();
+        } catch (const std::exception& error) {
+            std::fputs(error.what(), stderr);
+            _exit(2);
+        }
+        _exit(0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) < 2) << status;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 1;
+}
+
+using Files = std::map<std::string, std::string>; ///< texts by their names in a folder
+
+Files filesIn(const std::string& folder) {
+    namespace fs = std::filesystem;
+    Files files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+            files[fs::relative(entry.path(), folder).string()] = readText(entry.path().string());
+    return files;
+}
+
+void writeFiles(const std::string& folder, const Files& files) {
+    for (const auto& [name, text] : files) {
+        std::filesystem::create_directories(
+            std::filesystem::path(folder + "/" + name).parent_path());
+        writeText(folder + "/" + name, text);
+    }
+}
+
+// Old and new report have names of their own at the begin, in the middle and at the end of the
+// order in which they are moved.
+TEST(ReportDirectory, ASwapAndItsUndoKilledAtAnyRenameLoseNothing) {
+    namespace fs = std::filesystem;
+    const std::string results =
+        R"({"provenance": {}, "experiment": {}, "runs": ["images/a.png", "charts/b.svg"]})";
+    const Files one = {{"images/a.png", "1"}, {"charts/b.svg", "1"},    {"results.json", results},
+                       {"lights.csv", "1"},   {"experiment.json", "1"}, {"ablation.csv", "1"}};
+    const Files other = {{"images/a.png", "2"}, {"results.json", results + " "},
+                         {"results.csv", "2"},  {"index.html", "2"},
+                         {"sequence.csv", "2"}, {"stability.csv", "2"}};
+    for (const auto& [old, fresh] : {std::pair(one, other), std::pair(other, one)}) {
+        for (long number = 0, isKilled = true; isKilled; ++number) {
+            SCOPED_TRACE(number);
+            const TemporaryDirectory directory;
+            const std::string report = directory / "report", kept = directory / "kept";
+            writeFiles(report, old);
+            static_cast<void>(prepareDirectory(report, false, false));
+            writeFiles(report + "/partial", fresh);
+            writeText(report + "/partial/journal.json", R"({"key": {}, "parts": {"a": {}}})");
+            isKilled = isKilledAtRename(number, [&] { swapReport(report); });
+            if (!isKilled) {
+                EXPECT_EQ(filesIn(report), fresh);
+                EXPECT_GT(number, long(old.size() + fresh.size()));
+            }
+            fs::rename(report, kept);
+            for (long undo = 0, isAgain = isKilled; isAgain; ++undo) {
+                SCOPED_TRACE("the undo at " + std::to_string(undo));
+                fs::copy(kept, report, fs::copy_options::recursive);
+                isAgain = isKilledAtRename(
+                    undo, [&] { static_cast<void>(prepareDirectory(report, true, false)); });
+                const DirectoryLock lock = prepareDirectory(report, true, false);
+                Files found = filesIn(report);
+                std::erase_if(found,
+                              [](const auto& file) { return file.first.starts_with("partial"); });
+                EXPECT_EQ(found, old);
+                swapReport(report);
+                EXPECT_EQ(filesIn(report), fresh);
+                fs::remove_all(report);
+                if (HasFailure())
+                    return;
+            }
+        }
+    }
+}
 
 TEST(ReportDirectory, ResumingRemovesTheUnfinishedFilesOfAKilledRun) {
     const TemporaryDirectory directory;
@@ -192,10 +299,20 @@ TEST(ReportDirectory, AJournalThatCannotBeReadDoesNotCountAsAbsent) {
 }
 
 TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
+    constexpr size_t kMostBytes = 3819;
     const TemporaryDirectory directory;
     std::string path = directory.path();
-    while (path.size() < 3800)
+    while (path.size() < kMostBytes - 250)
         path += "/" + std::string(100, 'a');
+    path += "/" + std::string(kMostBytes - path.size() - 1, 'a');
+    {
+        const ReportDirectory held(path, false, false); // the most is enough for all
+        writeFiles(path + "/partial", {{"results.json", "{}"}, {"images/a.png", "new"}});
+        swapReport(path);
+        EXPECT_EQ(readText(path + "/images/a.png"), "new");
+    }
+    std::filesystem::remove_all(directory / std::string(100, 'a'));
+    path += "a";
     try {
         createDirectory(path);
         ADD_FAILURE();
@@ -206,6 +323,12 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
             << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(directory / std::string(100, 'a')));
+}
+
+TEST(ReportDirectory, AFolderMayHoldSomethingOfTheUsersNamedProbe) {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory / "probe");
+    EXPECT_NO_THROW(createDirectory(directory.path()));
 }
 
 TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
@@ -219,7 +342,8 @@ TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
         }
     };
     // Root has the rights, but the system creates no file there.
-    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/probe" : "cannot be"),
+    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/.shadowdag-probe"
+                                                   : "cannot be"),
               std::string::npos)
         << refusal("/proc");
     if (geteuid() != 0)
