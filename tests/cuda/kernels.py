@@ -55,7 +55,7 @@ def commands(source, build):
         sys.exit(f"kernels: the preset nvcc does not configure:\n{done.stderr}")
     entries = json.loads((folder / "compile_commands.json").read_text())
     return [(entry["file"], shlex.split(entry["command"]), entry["directory"]) for entry in entries
-            if entry["file"].endswith(".cu") and "#include <cub/" not in pathlib.Path(entry["file"]).read_text()]
+            if entry["file"].endswith(".cu")]
 
 
 def compile_one(nvcc, file, command, folder, kept):
@@ -108,10 +108,12 @@ def functions_of(ptx):
 
 
 def short_names(mangled):
-    """Returns {mangled: what a reader calls the kernel}: its pass, or its own name."""
+    """Returns {mangled: what a reader calls the kernel}, its pass or its own name, without those of CUB."""
     names = subprocess.run(["c++filt"], input="\n".join(mangled), check=True, capture_output=True, text=True).stdout.splitlines()
     short = {}
     for name, long in zip(mangled, names):
+        if re.search(r"\b(cub|thrust)::", long):
+            continue
         of_pass = re.search(r"(\w+)Kernel<shadowdag::CudaTag, shadowdag::(.+?)>\(", long)
         own = re.search(r"(\w+)(<.*>)?\(", long)
         short[name] = (f"{of_pass[2]}{' by parts' if of_pass[1] == 'shareParts' else ''}" if of_pass else
@@ -126,11 +128,11 @@ def kernels_of(ptx, report, sizes):
             for name, stack, stores, loads, registers in USED.findall(report)}
     short = short_names(sorted(bodies))
     violations = []
-    for name, body in bodies.items():
-        inexact = sorted(set(INEXACT.findall(body)))
+    for name in short:
+        inexact = sorted(set(INEXACT.findall(bodies[name])))
         if inexact:
             violations.append(f"{short[name]}: {', '.join(inexact)}: other processors give other bits")
-    found = {short[name]: {**counts, "fused_count": len(FUSED.findall(bodies[name]))} for name, counts in used.items()}
+    found = {short[name]: {**counts, "fused_count": len(FUSED.findall(bodies[name]))} for name, counts in used.items() if name in short}
     return found, violations
 
 
@@ -156,6 +158,9 @@ def self_test():
         _, violations = kernels_of(ptx + f".visible .entry _Z3badv()\n{{\n\t{line}\n}}\n", "", {})
         if len(violations) != 1 or "bad" not in violations[0]:
             sys.exit(f"self-test failed: {line}: {violations}")
+        _, violations = kernels_of(ptx + f".visible .entry _ZN3cub3badEv()\n{{\n\t{line}\n}}\n", "", {})
+        if violations:
+            sys.exit(f"self-test failed: {violations}")
     report = ("Compiling entry function '_Z5cleanv' for 'sm_90'\n 8 bytes stack frame, 4 bytes spill stores, 2 bytes spill loads\n"
               "ptxas info : Used 20 registers, used 0 barriers\n")
     found, violations = kernels_of(ptx, report, {"_Z5cleanv": 320})
