@@ -353,10 +353,12 @@ void swapReport(const std::string& directory) {
         undoSwap(directory);
         throw;
     }
-    moveFile(old, partial + "/done"); // the swap is not undone from here on
+    const std::string done = partial + "/done";
+    std::error_code ignored;
+    fs::remove_all(done, ignored); // of a swap that was killed while it removed the older report
+    moveFile(old, done);           // the swap is not undone from here on
     clearFinishedParts();
     held.unlock();
-    std::error_code ignored;
     fs::remove_all(partial, ignored);
 }
 

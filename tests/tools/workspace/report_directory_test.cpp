@@ -112,6 +112,8 @@ TEST(ReportDirectory, ASwapAndItsUndoKilledAtAnyRenameLoseNothing) {
                 std::erase_if(found,
                               [](const auto& file) { return file.first.starts_with("partial"); });
                 EXPECT_EQ(found, old);
+                writeFiles(report + "/partial/done",
+                           old); // as a kill while it is removed leaves it
                 swapReport(report);
                 EXPECT_EQ(filesIn(report), fresh);
                 fs::remove_all(report);
