@@ -60,6 +60,11 @@ void FrameScene::setMoving() {
     device_->setPositions(world_.triangles().positions);
 }
 
+void FrameScene::readMovers() {
+    areMoversRead_ = true;
+    followMotion();
+}
+
 void FrameScene::followMotion() {
     if (isFollowed_)
         return;
@@ -108,7 +113,7 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
         if (polygonLod_)
             mark(listener->levels_, polygonLod_->batchSet());
     }
-    const bool areMoversRead = isFollowed_;
+    const bool areMoversRead = std::exchange(areMoversRead_, false);
     {
         const StageTimer timer(backend_, stages, "scene update");
         setMoved(movedInstances);
@@ -250,12 +255,12 @@ uint64_t FrameScene::exactBytes() const {
 }
 
 MoverView FrameScene::movers() {
-    followMotion();
+    readMovers();
     return movers_.view(geometry(triangles()), batches().batches, batches().triangles);
 }
 
 MoverView FrameScene::hostMovers() {
-    followMotion();
+    readMovers();
     return movers_.hostView(geometry(world_.triangles()), batchSet_.view());
 }
 

@@ -83,11 +83,11 @@ public:
     MoverView hostMovers();
     /// Returns the triangles for exact rays, with their hierarchy if it is prepared.
     ExactView exact() {
-        followMotion();
+        readMovers();
         return {geometry(triangles()), {bvhNodes_.view(), bvhLeaves_.view(), bvh_.root}};
     }
     ExactView hostExact() {
-        followMotion();
+        readMovers();
         return {geometry(world_.triangles()), bvh_.view()};
     }
     /// Builds the hierarchy over static triangles for exact rays, once.
@@ -116,6 +116,7 @@ private:
     void setMoving();
     /// Makes what rays read besides the DAG follow the last update.
     void followMotion();
+    void readMovers();
     /// Returns the bounds of all positions. Cost: those that move; the first time, all.
     Box boundsOfPositions();
     /// Builds what rays with these options read besides the DAG, once.
@@ -135,6 +136,7 @@ private:
     std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
     std::vector<class MovedBatches*> listeners_; // all that there are
     bool isFollowed_ = false;                    // by what rays read
+    bool areMoversRead_ = false;                 // since the last update
     TruthSpace space_;
     Box stillBounds_; ///< of the positions of instances that never move, with hasStillBounds_
     bool hasStillBounds_ = false;

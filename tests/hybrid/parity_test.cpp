@@ -76,7 +76,7 @@ Snapshot passesOf(Backend backend, World& world, const Dag& dag, const Camera& c
     for (const float time : {0.0f, 0.5f}) {
         snapshot.under("time " + std::to_string(time) + ": ");
         if (time > 0)
-            state.context.scene.update(world.setTime(time), stages, stages);
+            state.context.scene.update(world.setTime(time), stages, stages, stages);
         state.gather(makeViewRays(camera, options.width, options.height), options, stages);
         addGathered(snapshot, state);
         std::vector<MapRecord> records = state.routing.describe(state.clusters, options);

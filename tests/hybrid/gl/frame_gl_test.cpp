@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
         Known{"fail-mover", 2, 0.02, 0.01}, Known{"fail-several-maps", 0, 0.02, 0, 0.03},
         Known{"fail-far-origin", 0, 0, 0}, Known{"fail-coplanar", 0, 0.8, 0.01, 0.05},
         Known{"fail-wires", 0, 0.03, 0, 0.02}, Known{"atrium", 0, 0.2, 0.01, 0.05, true, 4},
-        Known{"houses", 0, 0.5, 0.07, 0.3, true, 4}, Known{"necropolis", 0, 0.8, 0.07, 0.5, true, 4}),
+        Known{"houses", 0, 0.5, 0.07, 0.3, true}, Known{"necropolis", 0, 0.8, 0.07, 0.5, true, 4}),
     [](const testing::TestParamInfo<Known>& info) {
         std::string name = info.param.scene;
         std::replace(name.begin(), name.end(), '-', '_');
