@@ -132,11 +132,15 @@ private:
             return;
         }
         const std::lock_guard<std::mutex> lock(mutex_);
+        if (isHalfAdded_)
+            return; // another thread has failed and ends the build
         if (limit_.isSet() && merged_.byteCount() + builder.byteCount() > available_ / 3)
             spill();
+        isHalfAdded_ = true; // if memory ends here, merged_ has nodes of no subtree, and is no part
         subtrees_.push_back(
             {tasks_.cell(task), merged_.addSubtree(builder, tasks_.level(), address)});
         counts_ += counts;
+        isHalfAdded_ = false;
         workDone_ += tasks_.work(task);
         tasks_.release(task);
         const double seconds = std::chrono::duration<double>(Clock::now() - spilled_).count();
@@ -161,6 +165,7 @@ private:
         PartHeader header = header_;
         header.counts = counts_;
         const std::string path = folder_.partPath(spillCount_++);
+        DagBuilder empty(tasks_.level()); // not later: nothing may fail between part and clear()
         writePart(header, merged_, subtrees_, path);
         try {
             parts_.emplace_back(path);
@@ -170,7 +175,7 @@ private:
             throw;
         }
         folder_.noteFinishedPart();
-        merged_ = DagBuilder(tasks_.level()); // frees what it held
+        merged_ = std::move(empty); // frees what it held
         subtrees_.clear();
         counts_ = {};
         spilled_ = Clock::now();
@@ -191,6 +196,7 @@ private:
     std::vector<Subtree> subtrees_;
     std::vector<size_t> tooLarge_;
     OctreeCounts counts_;
+    bool isHalfAdded_ = false; ///< a subtree is in merged_ and not in subtrees_
     Clock::time_point spilled_ = Clock::now();
 };
 

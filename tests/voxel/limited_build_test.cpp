@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
+#include "tests/voxel/failing_allocation.h"
 #include "tests/voxel/soup.h"
 #include "voxel/voxelize.h"
 
@@ -163,6 +164,38 @@ void stopHalfway(const PartScene& scene, const std::string& output) {
             });
         },
         Stop);
+}
+
+// Whatever was half added then is in no part, and nothing is in two.
+TEST(LimitedBuild, IsResumedAfterMemoryEndedAtAnyAllocation) {
+    const PartScene scene;
+    const std::string output = scene.directory / "a.svdag";
+    const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
+    const auto build = [&] {
+        const ScratchFolder folder(output, true);
+        return scene.build(folder, 1e-3).dag;
+    };
+    test::failAllocation(0);
+    EXPECT_EQ(build().words, expected.words);
+    const long whole = test::allocationCount();
+    std::mt19937 random(std::random_device{}());
+    int endedCount = 0;
+    for (int i = 0; i < 50 && !HasFailure(); ++i) {
+        const long failing = std::uniform_int_distribution<long>(1, whole)(random);
+        SCOPED_TRACE("allocation " + std::to_string(failing) + " of " + std::to_string(whole));
+        test::failAllocation(failing);
+        try {
+            static_cast<void>(build());
+        } catch (const std::bad_alloc&) {
+            ++endedCount;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource) << error.what();
+            ++endedCount;
+        }
+        test::failAllocation(0);
+        EXPECT_EQ(build().words, expected.words);
+    }
+    EXPECT_GT(endedCount, 25);
 }
 
 // The remedies for parts of `--part` do not stand beside it.
