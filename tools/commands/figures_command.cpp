@@ -10,6 +10,7 @@
 
 #include "cuda/error.h"
 #include "scenes/input_file.h"
+#include "scenes/output_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -54,7 +55,12 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     createDirectory(options.output);
     const DirectoryLock lock("-o", options.output);
     more.insert(more.begin(), {"figures", path, "-o", options.output});
-    package.run(more);
+    try {
+        package.run(more);
+    } catch (...) {
+        removeAbandonedFiles(options.output); // of Python, which may have been killed
+        throw;
+    }
     const Json charts = readJsonFile(options.output + "/charts.json", "draw the figures again");
     for (const std::string& line : leftOutLines(charts))
         console.note(line);

@@ -42,7 +42,8 @@ struct TableCosts : FrameCosts {
 using CostTable = std::map<CostKey, TableCosts>;
 
 /// Returns what the costs of a frame depend on besides their key: {"scene_hash", "size",
-/// "camera_numbers", "time_s", "lights", "light_seed" (of placed lights)}.
+/// "camera_numbers", "time_s", "light_hash" (of the lights at that time), "lights", "light_seed"
+/// (of placed lights)}.
 Json costConditions(const LoadedScene& scene, const Camera& camera, const Experiment& experiment,
                     float timeSeconds);
 

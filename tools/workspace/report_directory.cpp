@@ -19,6 +19,7 @@
 #include <exception>
 #include <filesystem>
 #include <iterator>
+#include <set>
 #include <unistd.h>
 #include <vector>
 
@@ -77,6 +78,29 @@ bool holdsReport(const std::string& directory) {
                        });
 }
 
+/// Returns which of reportParts() belong to the reports, and parts of one, in a directory.
+std::set<std::string> ownParts(const std::string& directory) {
+    const auto holds = [&](const std::string& name, const std::vector<const char*>& keys) {
+        return holdsKeys(directory + "/" + name, keys);
+    };
+    std::set<std::string> own;
+    for (const char* of : {"results.json", "part.json"})
+        if (holds(of, {"provenance", "experiment", "runs"})) {
+            own.insert({of, "results.csv", "lights.csv", "experiment.json"});
+            const Json json = readOwnJsonFile(directory + "/" + of);
+            if (json.contains("sequence_runs") && !json["sequence_runs"].empty())
+                own.insert("sequence.csv");
+            if (holds("costs.json", {"costs"}))
+                own.insert("costs.json");
+        }
+    for (const std::string kind : kStudyKinds)
+        if (holds(kind + ".json", {"provenance"}))
+            own.insert({kind + ".json", kind + ".csv"});
+    if (!own.empty())
+        own.insert({"images", "charts", "index.html"});
+    return own;
+}
+
 /// Throws Error kUsage if `partial` is there and this program did not write it; kInput if its
 /// journal is damaged.
 void refuseForeignPartial(const std::string& directory) {
@@ -88,8 +112,17 @@ void refuseForeignPartial(const std::string& directory) {
         refuseForeign(directory, "partial");
     refuseDamaged(directory, "partial/journal.json", "/partial to measure again");
     if (holdsReport(directory) || fs::exists(directory + "/partial/old") ||
-        fs::exists(directory + "/partial/done"))
-        return; // of a run that was killed before its journal, or of --join, which has none
+        fs::exists(directory + "/partial/done")) {
+        // Of a run that was killed before its journal, or of --join, which has none.
+        const std::vector<std::string>& parts = reportParts();
+        for (const auto& entry : fs::directory_iterator(directory + "/partial", ignored)) {
+            const std::string name = entry.path().filename().string();
+            if (name != "old" && name != "done" && name != "fresh.json" && !isTemporaryName(name) &&
+                std::find(parts.begin(), parts.end(), name) == parts.end())
+                refuseForeign(directory, "partial/" + name);
+        }
+        return;
+    }
     for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
         if (!entry.is_directory(ignored))
             refuseForeign(directory, "partial");
@@ -115,9 +148,14 @@ void refuseForeignFiles(const std::string& directory) {
             if (name.ends_with(".json"))
                 refuseDamaged(directory, name,
                               "/" + name + " if you do not need it, or choose another directory");
-        for (const std::string& name : reportParts())
-            if (fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
-                refuseForeign(directory, name);
+    }
+    const std::set<std::string> own = ownParts(directory);
+    for (const std::string& name : reportParts()) {
+        const std::string path = directory + "/" + name;
+        const bool isFolder = name == "images" || name == "charts";
+        if (fs::exists(fs::symlink_status(path, ignored)) &&
+            (!own.contains(name) || fs::is_directory(path, ignored) != isFolder))
+            refuseForeign(directory, name);
     }
     std::string text;
     for (const char* folder : {"images", "charts"})
@@ -129,6 +167,8 @@ void refuseForeignFiles(const std::string& directory) {
             const std::string name = std::string_view(folder) == "images"
                                          ? path.filename().string()
                                          : path.stem().string() + ".";
+            if (entry->is_directory(ignored))
+                refuseForeign(directory, fs::relative(path, directory, ignored).string());
             if (path.filename() != "charts.json" && text.find("\"" + name) == std::string::npos &&
                 text.find("/" + name) == std::string::npos)
                 refuseForeign(directory, fs::relative(path, directory, ignored).string());

@@ -281,6 +281,10 @@ TEST(Compare, CostsOfAnotherSceneSizeCameraOrLightsAreRefusedUnlessAllowed) {
         runShadowdag(directory, render({"--size", "64x36", "--allow-stale"}));
     EXPECT_EQ(allowed.status, 0) << allowed.err;
     EXPECT_THAT(allowed.err, HasSubstr("used nevertheless"));
+    Scene brighter = makeBuiltin("fail-unequal-ranges");
+    brighter.lights.front().intensity *= 2.0f;
+    writeGlb(brighter, scene);
+    expectRefused(directory, {{render(size), 2, "light_hash"}});
     writeGlb(makeBuiltin("fail-contact"), scene);
     expectRefused(directory, {{render(size), 2, "scene_hash"}});
     // A file that cannot match is refused before the scene is read.

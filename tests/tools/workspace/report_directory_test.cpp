@@ -6,6 +6,7 @@
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -82,11 +83,18 @@ TEST(ReportDirectory, ASwapAndItsUndoKilledAtAnyRenameLoseNothing) {
     namespace fs = std::filesystem;
     const std::string results =
         R"({"provenance": {}, "experiment": {}, "runs": ["images/a.png", "charts/b.svg"]})";
+    const std::string study = R"({"provenance": {}})";
     const Files one = {{"images/a.png", "1"}, {"charts/b.svg", "1"},    {"results.json", results},
-                       {"lights.csv", "1"},   {"experiment.json", "1"}, {"ablation.csv", "1"}};
-    const Files other = {{"images/a.png", "2"}, {"results.json", results + " "},
-                         {"results.csv", "2"},  {"index.html", "2"},
-                         {"sequence.csv", "2"}, {"stability.csv", "2"}};
+                       {"lights.csv", "1"},   {"experiment.json", "1"}, {"ablation.json", study},
+                       {"ablation.csv", "1"}};
+    const Files other = {
+        {"images/a.png", "2"},
+        {"results.json", results.substr(0, results.size() - 1) + R"(, "sequence_runs": [1]})"},
+        {"results.csv", "2"},
+        {"index.html", "2"},
+        {"sequence.csv", "2"},
+        {"stability.json", study},
+        {"stability.csv", "2"}};
     for (const auto& [old, fresh] : {std::pair(one, other), std::pair(other, one)}) {
         for (long number = 0, isKilled = true; isKilled; ++number) {
             SCOPED_TRACE(number);
@@ -264,6 +272,43 @@ TEST(ReportDirectory, FilesOfOthersAreNotReplaced) {
             EXPECT_TRUE(fs::exists(directory / "partial/results.json"));
         }
     }
+}
+
+// Also where its name is that of a file of another kind of report, or of a folder of this one.
+TEST(ReportDirectory, FilesOfOthersBesideAReportAreNotReplaced) {
+    namespace fs = std::filesystem;
+    const std::string compare = R"({"provenance": {}, "experiment": {}, "runs": ["images/a.png"]})",
+                      study = R"({"provenance": {}, "rows": ["images/a.png"]})";
+    const auto refuses = [](const std::string& directory) {
+        try {
+            static_cast<void>(prepareDirectory(directory, false, false));
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr("which shadowdag did not write"));
+            return error.kind() == ErrorKind::kUsage;
+        }
+        return false;
+    };
+    const auto expectRefusal = [&](const Files& report, const std::string& name, bool isFolder) {
+        const TemporaryDirectory directory;
+        writeFiles(directory.path(), report);
+        EXPECT_FALSE(refuses(directory.path()));
+        fs::remove_all(directory / name);
+        fs::create_directories(fs::path(directory / name).parent_path());
+        if (isFolder)
+            fs::create_directory(directory / name);
+        writeText(isFolder ? directory / (name + "/mine") : directory / name, "mine");
+        EXPECT_TRUE(refuses(directory.path())) << name;
+        EXPECT_EQ(readText(isFolder ? directory / (name + "/mine") : directory / name), "mine");
+    };
+    const Files ofStudy = {{"failures.json", study}, {"failures.csv", "1"}, {"images/a.png", "1"}};
+    const Files ofCompare = {
+        {"results.json", compare}, {"results.csv", "1"}, {"images/a.png", "1"}};
+    for (const char* name : {"experiment.json", "costs.json", "results.csv", "sequence.csv"})
+        expectRefusal(ofStudy, name, false);
+    for (const char* name : {"costs.json", "sequence.csv", "real.csv", "images", "partial/mine"})
+        expectRefusal(ofCompare, name, false);
+    for (const char* name : {"results.csv", "index.html", "images/a.png"})
+        expectRefusal(ofCompare, name, true);
 }
 
 TEST(ReportDirectory, ADamagedReportIsNotCalledForeign) {
