@@ -31,11 +31,11 @@ def table(record):
     calls = {name.partition("/")[2]: dict(re.findall(r"(\w+) (\d+ of \d+)", total["calls"]))
              for name, total in sorted(record.items()) if "calls" in total}
     if calls:
-        functions = sorted({function for of in calls.values() for function in of})
+        functions = sorted({function for of in calls.values() for function, text in of.items() if text != "0 of 0"})
         lines += ["", "Of `Faults.AFailedCallLosesNothing`, how many of the calls that a run makes were made to fail:", "",
                   "| command | " + " | ".join(f"`{function}`" for function in functions) + " |",
                   "|---|" + "---:|" * len(functions)]
-        lines += ["| {} | {} |".format(command, " | ".join(of.get(function, "0 of 0") for function in functions))
+        lines += ["| {} | {} |".format(command, " | ".join(of.get(function, "none") for function in functions))
                   for command, of in calls.items()]
     return "\n".join(lines) + "\n\n"
 
