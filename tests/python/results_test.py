@@ -2,6 +2,8 @@
 """Measurements as tables and charts: the module's own, the program's compare, a study."""
 import json
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -61,6 +63,22 @@ class Results(unittest.TestCase):
             figure.savefig(file.name)
             self.assertGreater(os.path.getsize(file.name), 5000)
         self.assertEqual(dict(matplotlib.rcParams), before)
+
+    def test_charts_need_no_window(self):
+        script = f"""
+import shadowdag as sd
+sd.measure(sd.load({SCENE!r}), [{{"method": "dag", "size": {SIZE!r}}}], repeats=1).chart()
+from matplotlib import pyplot
+pyplot.figure()
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "matplotlibrc"), "w", encoding="utf-8") as file:
+                file.write("backend: TkAgg\n")  # Debian's own default
+            headless = {key: value for key, value in os.environ.items()
+                        if key not in ("MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")}
+            done = subprocess.run([sys.executable, "-c", script], env=headless | {"MATPLOTLIBRC": folder},
+                                  capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_the_programs_compare_is_read(self):
         with tempfile.TemporaryDirectory() as folder:
