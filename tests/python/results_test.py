@@ -112,6 +112,24 @@ pyplot.figure()
             with self.assertRaisesRegex(sd.InputError, "cannot be read"):
                 sd.load_results(os.path.join(folder, "results.json"))
 
+    def test_files_that_are_no_results_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.json")
+            for text, reason in (("[]", "contains no results"), ("{}", "contains no results"), ("7", "contains no results"),
+                                 ('{"runs": 7}', "contains no results"), ("[" * 100000, "nests too deep"), ("", "is not JSON")):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                with self.subTest(text[:20]), self.assertRaisesRegex(sd.InputError, f"a.json: {reason}"):
+                    sd.load_results(path)
+            with open(path, "w", encoding="utf-8-sig") as file:  # with a byte order mark
+                json.dump({"runs": [{"label": "a"}]}, file)
+            self.assertEqual(sd.load_results(path).data["runs"], [{"label": "a"}])
+            os.mkfifo(os.path.join(folder, "pipe"))
+            script = f"import shadowdag as sd; sd.load_results({os.path.join(folder, 'pipe')!r})"
+            done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+            self.assertIn("InputError", done.stderr)
+            self.assertIn("pipe: is not a regular file", done.stderr)
+
     def test_displays_show_names_and_pictures(self):
         frame = self.scene.frame(method="dag", size=SIZE)
         self.assertTrue(frame._repr_png_().startswith(b"\x89PNG"))
