@@ -50,6 +50,12 @@ class Errors(unittest.TestCase):
                 sd.set_threads(count)
         self.assertEqual(sd.threads(), before)
 
+    def test_zero_bytes_do_not_end_messages(self):
+        for call in (lambda: sd.load("a\0b.glb"), lambda: sd.load_asset("a\0b.svdag"),
+                     lambda: self.scene.frame(model="oracle", costs="a\0b")):
+            with self.assertRaisesRegex(sd.UsageError, r"a\\x00b.*contains a zero byte; drop it"):
+                call()
+
     def test_settings_have_the_messages_of_experiment_files(self):
         program = os.environ["SHADOWDAG_PROGRAM"]
         for key, value in (("taps", 3), ("size", "0x5"), ("offset", "far"), ("page_size", 100), ("believe", -1),
