@@ -4,6 +4,7 @@
 
 #include "cuda/error.h"
 #include "cuda/view.h"
+#include "scenes/scene.h"
 
 #include <pybind11/numpy.h>
 
@@ -43,6 +44,14 @@ py::array arrayOver3(const glm::vec<3, Scalar>* data, size_t count,
                      const std::shared_ptr<Owner>& owner) {
     static_assert(sizeof(glm::vec<3, Scalar>) == 3 * sizeof(Scalar));
     return arrayOver(reinterpret_cast<const Scalar*>(data), {py::ssize_t(count), 3}, owner);
+}
+
+/// Throws Error kUsage naming the array and the row unless a point is within kMaxCoordinate.
+inline void requireWithinReach(const glm::dvec3& p, const char* array, size_t row) {
+    if (!isWithinReach(p))
+        throw Error(ErrorKind::kUsage,
+                    std::string(array) + ": row " + std::to_string(row) + " is " + pointText(p) +
+                        "; coordinates must be finite and at most 1e9 from the origin");
 }
 
 /// World points in an array of numpy, used where it lies.

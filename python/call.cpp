@@ -2,6 +2,7 @@
 #include "python/call.h"
 
 #include "cuda/cancel.h"
+#include "python/errors.h"
 #include "scenes/warning.h"
 
 namespace shadowdag::python {
@@ -30,7 +31,9 @@ Call::Current::~Current() {
 }
 
 Call::Call(std::string what, py::object progress)
-    : what_(std::move(what)), progress_(std::move(progress)) {}
+    : what_(std::move(what)), progress_(std::move(progress)) {
+    refuseZeroByte(what_);
+}
 
 void Call::tell(const std::string& what, double fraction) {
     what_ = what;

@@ -42,6 +42,11 @@ void raise(const std::exception& exception) {
 
 } // namespace
 
+void refuseZeroByte(const std::string& argument) {
+    if (argument.find('\0') != std::string::npos)
+        throw Error(ErrorKind::kUsage, printable(argument) + ": contains a zero byte; drop it");
+}
+
 void addErrors(py::module_& scope) {
     PyObject* const base = addClass(scope, "Error",
                                     "What the library refuses or cannot do: the base of the "

@@ -4,10 +4,15 @@
 
 #include <pybind11/pybind11.h>
 
+#include <string>
+
 namespace shadowdag::python {
 
 /// Adds Error, UsageError, InputError, ResourceError, DeviceError, DefectError and Warning to the
 /// scope, and translates exceptions of the library to them, with their own messages.
 void addErrors(pybind11::module_& scope);
+
+/// Throws Error kUsage for an argument with a zero byte, which would end every message about it.
+void refuseZeroByte(const std::string& argument);
 
 } // namespace shadowdag::python

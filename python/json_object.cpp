@@ -2,6 +2,7 @@
 #include "python/json_object.h"
 
 #include "cuda/error.h"
+#include "python/errors.h"
 
 #include <nlohmann/json.hpp>
 
@@ -51,8 +52,11 @@ Json jsonOf(const py::handle& value, const std::string& where) {
         const double number = value.cast<double>();
         return std::isinf(number) && number > 0 ? Json("inf") : Json(number);
     }
-    if (py::isinstance<py::str>(value))
-        return value.cast<std::string>();
+    if (py::isinstance<py::str>(value)) {
+        const auto text = value.cast<std::string>();
+        refuseZeroByte(text);
+        return text;
+    }
     if (py::isinstance<py::dict>(value)) {
         Json object = Json::object();
         for (const auto& [key, member] : py::reinterpret_borrow<py::dict>(value)) {

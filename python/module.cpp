@@ -9,6 +9,8 @@
 #include "python/frame_object.h"
 #include "python/scene_object.h"
 #include "scenes/scene_folder.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 
 PYBIND11_MODULE(_native, scope) {
@@ -21,7 +23,10 @@ PYBIND11_MODULE(_native, scope) {
     addScene(scope);
     addFrame(scope);
     pollCalls();
-    scope.def("set_threads", &setThreadCount, py::arg("count"),
+    const auto setThreads = [](int64_t count) {
+        setThreadCount(int(parseInteger("count", std::to_string(count), 0, kMaxThreadCount)));
+    };
+    scope.def("set_threads", setThreads, py::arg("count"),
               "Limits the library to this many CPU threads; 0: all cores. Changes no result.");
     scope.def("threads", &threadCount, "Returns the number of CPU threads.");
     scope.def("allow_outside", &allowOutsideFiles, py::arg("is_allowed"),

@@ -7,6 +7,7 @@
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "tools/settings/camera_text.h"
+#include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
 
 #include <bit>
@@ -24,9 +25,10 @@ WorkspaceOptions optionsOf(Backend backend, const std::string& cache) {
     return options;
 }
 
-std::shared_ptr<SceneObject> load(const std::string& scene, int lightCount, uint64_t lightSeed,
+std::shared_ptr<SceneObject> load(const std::string& scene, int64_t lights, uint64_t lightSeed,
                                   const std::string& backend, const std::string& cache,
                                   const py::object& progress) {
+    const int lightCount = placedLightCount("lights", lights);
     Call call("read " + scene, progress);
     return call.run([&] {
         const Backend chosen = backendOf(backend);
@@ -58,6 +60,10 @@ py::array_t<bool> occludedByTriangles(SceneObject& self, const py::array& start,
     bool* const blocked = result.mutable_data();
     Call call("trace segments", progress);
     runAlone(self, call, [&] {
+        for (size_t i = 0; i < from.count(); ++i) // others may end the process: Embree asserts
+            requireWithinReach(glm::dvec3(from[i]), "start", i);
+        for (size_t i = 0; i < to.count(); ++i)
+            requireWithinReach(glm::dvec3(to[i]), "end", i);
         const Truth& truth = self.workspace.truth();
         cpuParallelRanges(count, 256, [&](size_t first, size_t last) {
             for (size_t i = first; i < last; ++i)
@@ -115,6 +121,10 @@ py::tuple boundsOf(const SceneObject& self) {
 SceneObject::SceneObject(LoadedScene loaded, Backend backend, const std::string& cache)
     : workspace(std::move(loaded), optionsOf(backend, cache)),
       judge(workspace, 1, ErrorOptions{}.nullSampleCount) {}
+
+int placedLightCount(const char* argument, int64_t count) {
+    return int(parseInteger(argument, std::to_string(count), -1, kMaxPlacedLightCount));
+}
 
 Backend backendOf(const std::string& name) {
     if (name == "gl")
@@ -177,7 +187,8 @@ void addScene(py::module_& scope) {
         .def("occluded", &occludedByTriangles, py::arg("start"), py::arg("end"),
              py::arg("out") = py::none(), py::arg("progress") = py::none(),
              "Returns for each segment whether a triangle crosses it strictly between its ends, "
-             "by Embree: bool, (n,). Arguments as Dag.occluded has them.");
+             "by Embree: bool, (n,). Arguments as Dag.occluded has them; UsageError names the row "
+             "of a coordinate that is not finite or beyond 1e9.");
     scope.def("load", &load, py::arg("scene"), py::arg("lights") = -1, py::arg("light_seed") = 1,
               py::arg("backend") = "auto", py::arg("cache") = "", py::arg("progress") = py::none(),
               "Returns the Scene of a .glb or .gltf file, one that Assimp reads, or "

@@ -59,9 +59,13 @@ template <class F> auto runAlone(SceneObject& scene, Call& call, F&& work) {
 /// Adds class Scene, load(), builtin_scenes() and scene_of_arrays() to the scope.
 void addScene(pybind11::module_& scope);
 
+/// Returns a count of placed lights, -1 for none. Throws Error kUsage naming the argument where the
+/// program's --lights would be refused.
+int placedLightCount(const char* argument, int64_t count);
+
 /// Returns a scene of arrays (scene_of_arrays.cpp).
 std::shared_ptr<SceneObject> sceneOfArrays(const pybind11::dict& arrays, const std::string& name,
-                                           int lightCount, uint64_t lightSeed,
+                                           int64_t placedLights, uint64_t lightSeed,
                                            const std::string& backend, const std::string& cache);
 
 /// Returns the backend of a name for frames of the scope. Throws as chooseBackend, and Error

@@ -4,8 +4,11 @@
 #include "python/arrays.h"
 #include "python/scene_object.h"
 #include "tools/settings/camera_text.h"
+#include "tools/settings/experiment.h"
+#include "tools/settings/parse.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace shadowdag::python {
 
@@ -51,10 +54,7 @@ Mesh meshOf(const py::dict& arrays) {
         glm::dvec3 p;
         for (int a = 0; a < 3; ++a)
             p[a] = vertices.at(py::ssize_t(v), a);
-        if (!isWithinReach(p))
-            throw Error(ErrorKind::kUsage,
-                        "vertices: row " + std::to_string(v) + " is " + pointText(p) +
-                            "; coordinates must be finite and at most 1e9 from the origin");
+        requireWithinReach(p, "vertices", v);
         mesh.positions[v] = glm::vec3(p);
     }
     mesh.triangles.resize(size_t(triangles.shape(0)));
@@ -82,7 +82,12 @@ void addLights(Scene& scene, const py::dict& arrays) {
         for (int a = 0; a < 3; ++a) {
             position[a] = rows.at(i, a);
             direction[a] = rows.at(i, 3 + a);
-            light.color[a] = float(rows.at(i, 6 + a));
+            const double intensity = rows.at(i, 6 + a);
+            if (!(intensity >= 0 && intensity <= double(std::numeric_limits<float>::max())))
+                throw Error(ErrorKind::kUsage, "lights: row " + std::to_string(i) +
+                                                   " has the intensity " + numberText(intensity) +
+                                                   "; it must be finite and at least 0");
+            light.color[a] = float(intensity);
         }
         light.rangeWorld = float(rows.at(i, 9));
         light.kind = Light::Kind(uint32_t(rows.at(i, 10)));
@@ -127,8 +132,9 @@ void addCameras(Scene& scene, const py::dict& arrays) {
 } // namespace
 
 std::shared_ptr<SceneObject> sceneOfArrays(const py::dict& arrays, const std::string& name,
-                                           int lightCount, uint64_t lightSeed,
+                                           int64_t placedLights, uint64_t lightSeed,
                                            const std::string& backend, const std::string& cache) {
+    const int lightCount = placedLightCount("placed_lights", placedLights);
     Scene scene;
     scene.name = name;
     Material material;

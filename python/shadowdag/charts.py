@@ -40,7 +40,7 @@ def drawing():
             STYLE.update({key: value for key, value in matplotlib.rcParams.items() if key != "backend"})
             yield style.plt
         finally:
-            matplotlib.use(backend)
+            matplotlib.use(backend, force=False)  # one that cannot be loaded was only the default of matplotlibrc
 
 
 STYLE = {}  # of the charts, kept since the package set it

@@ -80,7 +80,7 @@ class Results:
 def load_results(path):
     """Returns the Results of a directory that compare or study wrote, or of one of its JSON files.
 
-    Raises InputError naming the file that is missing or not JSON.
+    Raises InputError naming the file that is missing, or no results.
     """
     directory = path if os.path.isdir(path) else os.path.dirname(path) or "."
     if os.path.isdir(path):
@@ -89,10 +89,17 @@ def load_results(path):
         if not names:
             raise InputError(f"{path}: contains no results of compare or study")
         path = os.path.join(path, names[0])
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{path}: is not a regular file; give results.json or its directory")  # a pipe may never end
     try:
-        with open(path, encoding="utf-8") as file:
-            return Results(json.load(file), directory)
+        with open(path, encoding="utf-8-sig") as file:
+            results = Results(json.load(file), directory)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise InputError(f"{path}: is not JSON: {error}") from error
+    except RecursionError as error:
+        raise InputError(f"{path}: nests too deep for results") from error
+    if not isinstance(results.data, dict) or not results.tables:
+        raise InputError(f"{path}: contains no results of compare or study")
+    return results

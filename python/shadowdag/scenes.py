@@ -14,7 +14,8 @@ COLUMNS = 13  # position, direction, intensity, range, kind, inner and outer con
 def lights(position, intensity=1.0, direction=(0.0, -1.0, 0.0), range=0.0, kind="point", inner=0.0, outer=0.7853982):
     """Returns rows of lights for scene(), float64, (n, 13). Every argument is one value for all lights or one a light.
 
-    position: (n, 3) or (3,), world units. intensity: candela (lux of directional lights), a number or RGB.
+    position: (n, 3) or (3,), world units. intensity: candela (lux of directional lights), a number or RGB,
+    finite and at least 0.
     direction: of spot and directional lights, of any length. range: world units, beyond which the light is zero;
     0: where it falls below 0.05 lux. kind: point, spot or directional. inner, outer: cone angles of spots, radians.
     """
@@ -51,7 +52,7 @@ def scene(vertices, triangles, lights=None, cameras=None, *, color=(0.8, 0.8, 0.
     cameras: a dict of names, or one camera, each px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]] as numbers or
     text; None: an automatic one. color: of all surfaces, linear RGB. placed_lights, light_seed, backend, cache: as
     load() has lights, light_seed, backend and cache.
-    Raises UsageError naming the row of an index out of range or a coordinate that is not finite.
+    Raises UsageError naming the row of an index out of range, a coordinate that is not finite or an intensity below 0.
     """
     triangles = np.asarray(triangles)
     if triangles.size and triangles.dtype.kind not in "iu":

@@ -93,6 +93,17 @@ class Arrays(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "contiguous array of bool"):
                 self.dag.occluded(points, points, out=out)
 
+    def test_points_out_of_reach_are_refused_by_row(self):
+        points = np.zeros((3, 3), np.float32)
+        for value in (np.nan, np.inf, -np.inf, 1e30, -1e30, 1.001e9):
+            bad = points.copy()
+            bad[2, 1] = value
+            for name, start, end in (("start", bad, points), ("end", points, bad)):
+                with self.subTest(f"{name} {value}"), self.assertRaisesRegex(sd.UsageError, f"{name}: row 2 is .*finite and at most"):
+                    self.scene.occluded(start, end)
+        far = np.float32([1e9, -1e9, 1e9])
+        self.assertEqual(self.scene.occluded(far, -far).shape, (1,))
+
     def test_arrays_of_a_frame_are_views(self):
         lit = sd.scene(self.scene.vertices, self.scene.triangles, lights=[[0, 3, 0]])
         frame = lit.frame(method="dag", size="32x24", camera="0,5,5,0,0,0")

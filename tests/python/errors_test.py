@@ -40,6 +40,22 @@ class Errors(unittest.TestCase):
             with self.assertRaises(sd.DeviceError):
                 sd.load("builtin:fail-acne", backend="cuda")
 
+    def test_limits_are_those_of_the_program(self):
+        for count in (-5, 100001, 10 ** 9):
+            with self.subTest(count), self.assertRaisesRegex(sd.UsageError, "lights .*: must be .* from -1 to 100000"):
+                sd.load("builtin:fail-acne", lights=count)
+        before = sd.threads()
+        for count in (-1, 4097, 10 ** 9):
+            with self.subTest(count), self.assertRaisesRegex(sd.UsageError, "count .*: must be .* from 0 to 4096"):
+                sd.set_threads(count)
+        self.assertEqual(sd.threads(), before)
+
+    def test_zero_bytes_do_not_end_messages(self):
+        for call in (lambda: sd.load("a\0b.glb"), lambda: sd.load_asset("a\0b.svdag"),
+                     lambda: self.scene.frame(model="oracle", costs="a\0b")):
+            with self.assertRaisesRegex(sd.UsageError, r"a\\x00b.*contains a zero byte; drop it"):
+                call()
+
     def test_settings_have_the_messages_of_experiment_files(self):
         program = os.environ["SHADOWDAG_PROGRAM"]
         for key, value in (("taps", 3), ("size", "0x5"), ("offset", "far"), ("page_size", 100), ("believe", -1),

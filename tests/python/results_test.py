@@ -2,6 +2,8 @@
 """Measurements as tables and charts: the module's own, the program's compare, a study."""
 import json
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -62,6 +64,22 @@ class Results(unittest.TestCase):
             self.assertGreater(os.path.getsize(file.name), 5000)
         self.assertEqual(dict(matplotlib.rcParams), before)
 
+    def test_charts_need_no_window(self):
+        script = f"""
+import shadowdag as sd
+sd.measure(sd.load({SCENE!r}), [{{"method": "dag", "size": {SIZE!r}}}], repeats=1).chart()
+from matplotlib import pyplot
+pyplot.figure()
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "matplotlibrc"), "w", encoding="utf-8") as file:
+                file.write("backend: TkAgg\n")  # Debian's own default
+            headless = {key: value for key, value in os.environ.items()
+                        if key not in ("MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")}
+            done = subprocess.run([sys.executable, "-c", script], env=headless | {"MATPLOTLIBRC": folder},
+                                  capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_the_programs_compare_is_read(self):
         with tempfile.TemporaryDirectory() as folder:
             output = os.path.join(folder, "report")
@@ -93,6 +111,24 @@ class Results(unittest.TestCase):
                 sd.load_results(folder)
             with self.assertRaisesRegex(sd.InputError, "cannot be read"):
                 sd.load_results(os.path.join(folder, "results.json"))
+
+    def test_files_that_are_no_results_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.json")
+            for text, reason in (("[]", "contains no results"), ("{}", "contains no results"), ("7", "contains no results"),
+                                 ('{"runs": 7}', "contains no results"), ("[" * 100000, "nests too deep"), ("", "is not JSON")):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                with self.subTest(text[:20]), self.assertRaisesRegex(sd.InputError, f"a.json: {reason}"):
+                    sd.load_results(path)
+            with open(path, "w", encoding="utf-8-sig") as file:  # with a byte order mark
+                json.dump({"runs": [{"label": "a"}]}, file)
+            self.assertEqual(sd.load_results(path).data["runs"], [{"label": "a"}])
+            os.mkfifo(os.path.join(folder, "pipe"))
+            script = f"import shadowdag as sd; sd.load_results({os.path.join(folder, 'pipe')!r})"
+            done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+            self.assertIn("InputError", done.stderr)
+            self.assertIn("pipe: is not a regular file", done.stderr)
 
     def test_displays_show_names_and_pictures(self):
         frame = self.scene.frame(method="dag", size=SIZE)

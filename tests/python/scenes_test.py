@@ -69,6 +69,12 @@ class Scenes(unittest.TestCase):
             sd.scene(VERTICES, TRIANGLES).frame(size="16x16", camera="0,9,1,0,0,0")
         with self.assertRaises(sd.Error):
             sd.scene(np.zeros((0, 3)), np.zeros((0, 3), int))
+        for intensity in (-1, np.nan, np.inf, (1, 1, -2), 1e300):
+            with self.subTest(intensity), self.assertRaisesRegex(sd.UsageError, "lights: row 1 has the intensity"):
+                sd.scene(VERTICES, TRIANGLES, lights=np.concatenate([sd.lights([0, 3, 0]), sd.lights([0, 3, 0], intensity)]))
+        for count in (-2, 100001, 10 ** 9):
+            with self.subTest(count), self.assertRaisesRegex(sd.UsageError, "placed_lights .*: must be .* from -1 to 100000"):
+                sd.scene(VERTICES, TRIANGLES, placed_lights=count)
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
     allowOutsideFiles(allowOutside);
     setThreadCount(0);
     const int coreCount = threadCount();
-    setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));
+    setThreadCount(int(parseInteger("--threads", threads, 0, kMaxThreadCount)));
     if (threadCount() > coreCount)
         console.note("warning: --threads '" + threads + "': this machine has " +
                      std::to_string(coreCount) + (coreCount == 1 ? " core" : " cores") +

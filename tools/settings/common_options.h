@@ -17,6 +17,8 @@ namespace shadowdag {
 constexpr const char* kSceneHelp = "A .glb or .gltf file, one of another kind that Assimp reads "
                                    "(.obj, .ply, .stl, .fbx, .dae and more), or builtin:NAME";
 
+constexpr int kMaxThreadCount = 4096;
+
 /// --json, --threads, --backend, --gl-pages, --allow-outside: on every subcommand.
 struct GlobalOptions {
     bool json = false;

@@ -237,6 +237,23 @@ TEST(Figures, OtherFilesAndLinesOfDifferentCommitsAreRefused) {
                 HasSubstr("c.json: not a results file of compare"));
 }
 
+TEST(Figures, AByteOrderMarkIsTaken) {
+    const TemporaryDirectory directory;
+    writeText(directory / "r.json", "\xef\xbb\xbf" + madeUp(directory, {"PMCD-EB", "RT"}).dump());
+    drawFigures(directory / "r.json", directory / "x", {"--figure", "15"});
+}
+
+TEST(Figures, WhatCannotBeDrawnIsRefused) {
+    const TemporaryDirectory directory;
+    Json results = madeUp(directory, {"PMCD-EB", "Hybrid"});
+    results["sequence_times"] =
+        Json::array({Json{{"scene", "builtin:made-up"}, {"label", "Hybrid"}}});
+    writeText(directory / "r.json", results.dump());
+    EXPECT_THAT(
+        refusal(directory / "r.json", directory / "x", {"--figure", "10"}),
+        HasSubstr("r.json: not results of compare --sequence: lacks 'time_ms_p99'; make it again"));
+}
+
 TEST(Figures, WrongShapesAreRefusedByPlace) {
     const TemporaryDirectory directory;
     const Json right = madeUp(directory, {"PMCD-EB", "RT"});
@@ -260,15 +277,28 @@ for path in sys.argv[2:]:
         results["sequence_runs"][1][key] = value;
         return results.dump();
     };
-    refused(std::string(100000, '['), ".json: not a results file of compare: RecursionError");
-    refused("[1]", ".json: not a results file of compare: TypeError");
-    refused("{\"provenance\": \"\xff\"}", "not a results file of compare: UnicodeDecodeError");
+    const std::string no = ".json: not a results file of compare: ", again = "; make it again";
+    refused(std::string(100000, '['), no + "nests too deep" + again);
+    refused("[1]", no + "no object; measure again");
+    refused("{}", no + "lacks 'provenance'" + again);
+    refused("{\"provenance\": \"\xff\"}", no + "byte 16 is not UTF-8" + again);
+    refused("{\n  7}", no + "no JSON at line 2, column 3: ");
     for (const char* rows : {"{}", "\"abc\""}) {
         Json results = right;
         results["sequence_runs"] = Json::parse(rows);
         refused(results.dump(), ".json: \"sequence_runs\" is no list");
     }
+    for (const char* key : {"provenance", "experiment"}) {
+        Json results = right;
+        results[key] = -1;
+        refused(results.dump(), ".json: \"" + std::string(key) + "\" is no object; measure again");
+    }
     Json results = right;
+    results["sequence_times"] = -1;
+    refused(results.dump(), ".json: \"sequence_times\" is no list; measure again");
+    for (const char* key : {"time_ms_low", "time_ms_confidence"})
+        refused(row(key, "x"), "sequence_runs[1]: \"" + std::string(key) + "\" is \"x\"");
+    results = right;
     results["sequence_runs"][1] = 7;
     refused(results.dump(), ".json: sequence_runs[1] is no object");
     refused(row("label", nullptr), "sequence_runs[1]: \"label\" is null");

@@ -14,20 +14,38 @@ class Refused(Exception):
     """The data are insufficient; the text states the error and the remedy."""
 
 
+WRONG_CONTENT = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+
+
 @contextlib.contextmanager
-def expecting(path, what):
+def expecting(path, what, errors=(OSError, *WRONG_CONTENT)):
     """Turns any error of reading a file and its content into a refusal that names the file.
 
-    what: as in "a results file of compare"
+    what: as in "a results file of compare"; errors: WRONG_CONTENT where files are written, too
     """
     try:
         yield
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise Refused(f"{path}: not {what}: {error!r}") from error
+    except errors as error:
+        raise Refused(f"{path}: not {what}: {fault_of(error)}; make it again") from error
+
+
+def fault_of(error):
+    """Returns what is wrong with a file, in few words, by the error of reading it or of what uses its content."""
+    if isinstance(error, OSError):
+        return f"cannot be read: {error.strerror or error}"
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8"
+    if isinstance(error, json.JSONDecodeError):
+        return f"no JSON at line {error.lineno}, column {error.colno}: {error.msg}"
+    if isinstance(error, RecursionError):
+        return "nests too deep"
+    if isinstance(error, KeyError):
+        return f"lacks {str(error)[:80]}"
+    return f"a value of the wrong kind ({str(error)[:80]})"
 
 
 def read_json(path):
-    with open(path, encoding="utf-8") as file:
+    with open(path, encoding="utf-8-sig") as file:
         return json.load(file)
 
 

@@ -9,7 +9,7 @@ figures are written, older ones of the directory are removed.
 """
 import sys
 
-from ..files import Refused
+from ..files import WRONG_CONTENT, Refused, expecting
 from ..style import plt
 from .amounts import figure_15, figure_16, figure_17
 from .culling import figure_13, figure_14
@@ -54,4 +54,5 @@ def declare(parser):
 
 
 def run(arguments):
-    draw(arguments.results, arguments.output, arguments.figure, arguments.mixed_commits)
+    with expecting(", ".join(arguments.results), "results of compare --sequence", WRONG_CONTENT):
+        draw(arguments.results, arguments.output, arguments.figure, arguments.mixed_commits)

@@ -7,6 +7,7 @@ import numpy as np
 from ..files import Refused, expecting, read_json
 from ..intervals import confidence_text, half_widths, least_confidence
 
+KINDS = {dict: "object", list: "list"}
 MOST = 1e18  # no time and no count of a frame is larger
 # The principal stage of each stage in the paper's figure 12. Others are drawn separately.
 PRINCIPAL = {
@@ -47,6 +48,7 @@ def check_row(row, where):
     right = names | {"label": names["label"] and row["label"][-1] != "-",
                      "frame": is_number(row.get("frame")) and isinstance(row["frame"], int),
                      "time_ms": is_number(row.get("time_ms")),
+                     **{key: is_number(value) for key, value in row.items() if key.startswith("time_ms_")},
                      "stages_ms": isinstance(stages, dict) and all(map(is_number, stages.values()))}
     for key, is_right in right.items():
         if not is_right:
@@ -61,6 +63,11 @@ def load(paths, mixed):
     for path in paths:
         with expecting(path, "a results file of compare"):
             results = read_json(path)
+            if not isinstance(results, dict):
+                raise Refused(f"{path}: not a results file of compare: no object; measure again with compare --sequence")
+            for key, kind in (("provenance", dict), ("experiment", dict), ("sequence_runs", list), ("sequence_times", list)):
+                if not isinstance(results.get(key, kind()), kind):
+                    raise Refused(f"{path}: \"{key}\" is no {KINDS[kind]}; measure again with compare --sequence")
             commits.setdefault(results["provenance"]["commit"], path)
             lists.append((path, results.get("sequence_runs", [])))
             summaries |= {(t["scene"], t["label"]): t for t in results.get("sequence_times", [])}
@@ -70,8 +77,6 @@ def load(paths, mixed):
         raise Refused("lines of different commits: " + ", ".join(f"{c} in {p}" for c, p in commits.items())
                + "; measure again with one program, or pass --mixed-commits")
     for path, rows in lists:
-        if not isinstance(rows, list):
-            raise Refused(f"{path}: \"sequence_runs\" is no list; measure again with compare --sequence")
         for i, row in enumerate(rows):
             check_row(row, f"{path}: sequence_runs[{i}]")
             of_scene = scenes.setdefault(row["scene"], {})
