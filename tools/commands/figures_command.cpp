@@ -51,6 +51,12 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kInput, path + ": " + why +
                                            "; give the results.json of compare --sequence, or "
                                            "its directory");
+    const fs::path folder = fs::weakly_canonical(options.output);
+    if (folder.filename() == "charts" && holdsReport(folder.parent_path().string()))
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output +
+                        "': contains the charts of a report, which figures would "
+                        "remove; choose another directory");
     const DirectoryGuard guard(options.output);
     createDirectory(options.output);
     const DirectoryLock lock("-o", options.output);

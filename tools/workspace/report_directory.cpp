@@ -68,16 +68,6 @@ void refuseDamaged(const std::string& directory, const std::string& name,
                                            directory + remedy);
 }
 
-/// Returns whether the directory contains a report, or a part of one, of this program.
-bool holdsReport(const std::string& directory) {
-    return holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
-           holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-           std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds),
-                       [&](const std::string& kind) {
-                           return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
-                       });
-}
-
 /// Returns which of reportParts() belong to the reports, and parts of one, in a directory.
 std::set<std::string> ownParts(const std::string& directory) {
     const auto holds = [&](const std::string& name, const std::vector<const char*>& keys) {
@@ -296,6 +286,15 @@ void refuseOtherKind(const std::string& directory, bool isPart) {
 }
 
 } // namespace
+
+bool holdsReport(const std::string& directory) {
+    return holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
+           holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
+           std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds),
+                       [&](const std::string& kind) {
+                           return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
+                       });
+}
 
 DirectoryGuard::DirectoryGuard(const std::string& directory) {
     std::error_code ignored;

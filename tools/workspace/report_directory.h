@@ -60,4 +60,7 @@ private:
 /// program did not write have come since, and kResource, with the older one restored.
 void swapReport(const std::string& directory);
 
+/// Returns whether a directory contains a report, or a part of one, of this program.
+bool holdsReport(const std::string& directory);
+
 } // namespace shadowdag

@@ -91,6 +91,9 @@ TEST(ProgramVariants, ASequenceGivesItsTableItsFiguresAndNoOtherRuns) {
     // The same figures by their own command, all and one.
     const ProgramResult all =
         runShadowdag(directory, {"figures", report, "-o", directory / "all", "--json"});
+    expectRefused(directory, {{{"figures", report, "-o", directory / "report/../report/charts"},
+                               1,
+                               "contains the charts of a report"}});
     ASSERT_EQ(all.status, 0) << all.err;
     EXPECT_GE(all.json()["figures"].size(), 7u);
     EXPECT_EQ(all.json()["figures"].size() + all.json()["left_out"].size(), 9u);
