@@ -19,10 +19,8 @@ check() {
 }
 
 bash -n "$script"
-for ci in run cuda; do
-    bash -n "$1/.ci/$ci"
-    [[ -x $script && -x $1/.ci/$ci ]] || { echo "FAILED: ./do and .ci/$ci must be executable"; failures=1; }
-done
+bash -n "$1/.ci/run"
+[[ -x $script && -x $1/.ci/run ]] || { echo "FAILED: ./do and .ci/run must be executable"; failures=1; }
 
 for command in $(grep -oh '\./do [a-z]\+' "$1/Containerfile" "$1/README.md" "$1"/docs/*.md | cut -d' ' -f2 | sort -u); do
     grep -q "^    $command\b" "$script" || { echo "FAILED: a document uses './do $command', which does not exist"; failures=1; }
