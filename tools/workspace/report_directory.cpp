@@ -43,9 +43,8 @@ const std::vector<std::string>& reportParts() {
     return kParts;
 }
 
-/// Returns whether a file is JSON with these keys, as in our own files.
-bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
-    const Json json = readOwnJsonFile(path);
+/// Returns whether JSON is an object with these keys, as in our own files.
+bool holdsKeys(const Json& json, const std::vector<const char*>& keys) {
     return json.is_object() && std::all_of(keys.begin(), keys.end(),
                                            [&](const char* key) { return json.contains(key); });
 }
@@ -70,21 +69,22 @@ void refuseDamaged(const std::string& directory, const std::string& name,
 
 /// Returns which of reportParts() belong to the reports, and parts of one, in a directory.
 std::set<std::string> ownParts(const std::string& directory) {
-    const auto holds = [&](const std::string& name, const std::vector<const char*>& keys) {
-        return holdsKeys(directory + "/" + name, keys);
+    const auto read = [&](const std::string& name) {
+        return readOwnJsonFile(directory + "/" + name);
     };
     std::set<std::string> own;
-    for (const char* of : {"results.json", "part.json"})
-        if (holds(of, {"provenance", "experiment", "runs"})) {
-            own.insert({of, "results.csv", "lights.csv", "experiment.json"});
-            const Json json = readOwnJsonFile(directory + "/" + of);
-            if (json.contains("sequence_runs") && !json["sequence_runs"].empty())
-                own.insert("sequence.csv");
-            if (holds("costs.json", {"costs"}))
-                own.insert("costs.json");
-        }
+    for (const char* of : {"results.json", "part.json"}) {
+        const Json json = read(of);
+        if (!holdsKeys(json, {"provenance", "experiment", "runs"}))
+            continue;
+        own.insert({of, "results.csv", "lights.csv", "experiment.json"});
+        if (json.contains("sequence_runs") && !json["sequence_runs"].empty())
+            own.insert("sequence.csv");
+        if (holdsKeys(read("costs.json"), {"costs"}))
+            own.insert("costs.json");
+    }
     for (const std::string kind : kStudyKinds)
-        if (holds(kind + ".json", {"provenance"}))
+        if (holdsKeys(read(kind + ".json"), {"provenance"}))
             own.insert({kind + ".json", kind + ".csv"});
     if (!own.empty())
         own.insert({"images", "charts", "index.html"});
@@ -96,7 +96,8 @@ std::set<std::string> ownParts(const std::string& directory) {
 void refuseForeignPartial(const std::string& directory) {
     std::error_code ignored;
     const fs::file_status partial = fs::symlink_status(directory + "/partial", ignored);
-    if (!fs::exists(partial) || holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
+    if (!fs::exists(partial) ||
+        holdsKeys(readOwnJsonFile(directory + "/partial/journal.json"), {"key", "parts"}))
         return;
     if (!fs::is_directory(partial))
         refuseForeign(directory, "partial");
@@ -133,13 +134,12 @@ std::string namingText(const std::string& directory) {
 /// named by its JSON files or its page.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
-    if (!holdsReport(directory)) {
+    const std::set<std::string> own = ownParts(directory);
+    if (own.empty())
         for (const std::string& name : reportParts())
             if (name.ends_with(".json"))
                 refuseDamaged(directory, name,
                               "/" + name + " if you do not need it, or choose another directory");
-    }
-    const std::set<std::string> own = ownParts(directory);
     for (const std::string& name : reportParts()) {
         const std::string path = directory + "/" + name;
         const bool isFolder = name == "images" || name == "charts";
@@ -288,12 +288,7 @@ void refuseOtherKind(const std::string& directory, bool isPart) {
 } // namespace
 
 bool holdsReport(const std::string& directory) {
-    return holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
-           holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-           std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds),
-                       [&](const std::string& kind) {
-                           return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
-                       });
+    return !ownParts(directory).empty();
 }
 
 DirectoryGuard::DirectoryGuard(const std::string& directory) {
