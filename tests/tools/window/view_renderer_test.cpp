@@ -437,14 +437,14 @@ TEST(ViewRenderer, CostsOfAnotherCameraAreNamedBesideThePicture) {
     CostSource source;
     source.path = "c.json";
     source.table.emplace();
-    (*source.table)[{"fail-silhouette", 0}] = {costs, {{"camera_numbers", "elsewhere"}}};
+    (*source.table)[{"builtin:fail-silhouette", 0}] = {costs, {{"camera_numbers", "elsewhere"}}};
     opened.renderer.setCosts(source);
     ViewRequest request = opened.request("hybrid");
     request.sides[0].model = "oracle";
     const std::shared_ptr<ViewPicture> picture = opened.renderer.render(request, 1);
     ASSERT_EQ(picture->notes.size(), 1u);
     EXPECT_NE(picture->notes[0].find(
-                  "c.json: its costs of fail-silhouette frame 0, cold were measured with "
+                  "c.json: its costs of builtin:fail-silhouette frame 0, cold were measured with "
                   "camera_numbers \"elsewhere\" instead of"),
               std::string::npos)
         << picture->notes[0];
