@@ -10,8 +10,11 @@ usage() {
     cat <<'END'
 usage: ./do COMMAND
 
-  report [ARG...]   installs missing packages, builds the program and writes report/index.html: the
-                    methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
+  report [SCENE... OPTION...]
+                    installs missing packages, builds the program without its tests and writes report/index.html:
+                    the methods, time against error, on the built-in atrium at 320x180. Arguments replace that
+                    experiment and go to `shadowdag compare`, as in ./do report YOUR.glb --lights 32.
+  python            installs missing packages and builds the program and the Python module, without the tests.
   test [--quick] [ARG...]
                     installs missing packages, builds everything and runs every test, those of CUDA on a device that the
                     host plays (preset cuda-host). Arguments go to ctest. The output and the names of failed tests
@@ -48,16 +51,18 @@ systemName() {
     . /etc/os-release 2>/dev/null && printf '%s' "${PRETTY_NAME:-unknown}" || printf unknown
 }
 
-# Prints the packages of packages.txt, one a line; with "dev" those below its marker too.
+# listPackages report|python|test|dev prints the packages of packages.txt that a purpose needs, one a line.
 listPackages() {
-    if [[ ${1:-} == dev ]]; then
-        sed -e '/^#/d' -e '/^[[:space:]]*$/d' packages.txt
-    else
-        sed -e '/^# --- development only ---/,$d' -e '/^#/d' -e '/^[[:space:]]*$/d' packages.txt
-    fi
+    local without='/^#/d'
+    case $1 in
+        report) without='/^# --- the Python module ---/,$d' ;;
+        python) without='/^# --- tests ---/,$d' ;;
+        test) without='/^# --- development only ---/,$d' ;;
+    esac
+    sed -e "$without" -e '/^#/d' -e '/^[[:space:]]*$/d' packages.txt
 }
 
-# installPackages [dev [REGEX]] installs what is missing of packages.txt, or of those that match.
+# installPackages report|python|test|dev [REGEX] installs what is missing of them, or of those that match.
 installPackages() {
     [[ ${SDAG_SKIP_PACKAGES:-} == 1 ]] && return 0
     if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
@@ -65,7 +70,7 @@ installPackages() {
              "system's means and set SDAG_SKIP_PACKAGES=1"
     fi
     local missing=() package
-    for package in $(listPackages "${1:-}"); do
+    for package in $(listPackages "$1"); do
         [[ $package =~ ${2:-.} ]] || continue
         [[ $(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
     done
@@ -73,8 +78,8 @@ installPackages() {
     local asRoot=()
     if (($(id -u) != 0)); then
         command -v sudo >/dev/null ||
-            fail "${#missing[@]} packages are missing, and installing them needs root: run './do packages' as root," \
-                 "or install sudo. Missing: ${missing[*]}"
+            fail "${#missing[@]} packages are missing, and installing them needs root: install sudo, or run as root:" \
+                 "apt-get install --no-install-recommends ${missing[*]}"
         asRoot=(sudo)
     fi
     printf './do: installing %d packages: %s\n' "${#missing[@]}" "${missing[*]}"
@@ -98,14 +103,30 @@ jobs() {
     printf '%s' "${SDAG_JOBS:-$((cores < memory ? cores : memory))}"
 }
 
-# build PRESET [cmake --build argument...]
-build() {
-    local preset=$1
-    shift
+# compile PRESET [cmake --build argument...] builds what is configured.
+compile() {
     # Objects of one preset serve another: the compiler cache does not look at the folder.
     export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
-    cmake --preset "$preset"
-    cmake --build --preset "$preset" --parallel "$(jobs)" "$@"
+    cmake --build --preset "$1" --parallel "$(jobs)" "${@:2}"
+}
+
+# build PRESET [cmake --build argument...] configures and builds.
+build() {
+    cmake --preset "$1"
+    compile "$@"
+}
+
+# buildWithoutTests TARGET... builds these of release, without the tests and their packages unless it has them already.
+buildWithoutTests() {
+    local tests=OFF
+    [[ -e build/release/build.ninja ]] && grep -q '^SDAG_TESTS:BOOL=ON' build/release/CMakeCache.txt && tests=ON
+    cmake --preset release -DSDAG_TESTS=$tests -DSDAG_BENCHES=$tests
+    NINJA_STATUS='[%p, %e s] ' compile release --target "$@"
+}
+
+# step N TEXT prints what report does next, and how long it has taken so far.
+step() {
+    printf './do: %s of 3, %s (%s s so far)\n' "$1" "$2" "$SECONDS"
 }
 
 # runTests PRESET [ctest argument...] runs the tests of a build and notes the file of their results.
@@ -120,10 +141,21 @@ command=${1:-help}
 (($# > 0)) && shift
 case $command in
     report)
-        installPackages
-        build release --target shadowdag
-        build/release/tools/shadowdag compare --experiment scenes/experiments/atrium.json -o report "$@"
-        printf './do: open %s\n' "$root/report/index.html"
+        step 1 'installing the missing packages: one to two minutes if all are missing'
+        installPackages report
+        step 2 'building the program: about three minutes on two cores if nothing is built yet'
+        buildWithoutTests shadowdag
+        step 3 'measuring: less than a minute on two cores, for the experiment of ./do report'
+        (($# > 0)) || set -- --experiment scenes/experiments/first.json
+        build/release/tools/shadowdag compare -o report "$@"
+        printf './do: %s s in all; open %s\n' "$SECONDS" "$root/report/index.html"
+        ;;
+    python)
+        [[ $# == 0 ]] || fail "python takes nothing, not '$*'"
+        installPackages python
+        buildWithoutTests shadowdag sdag_python
+        printf "./do: the module is in %s; try PYTHONPATH=%s /usr/bin/python3 -c 'import shadowdag'\n" \
+               build/release/python build/release/python
         ;;
     test)
         preset=${SDAG_PRESET:-ci}
@@ -131,7 +163,7 @@ case $command in
             shift
             set -- -L '^unit$' "$@"
         fi
-        installPackages
+        installPackages test
         build "$preset"
         status=0
         trap 'python3 -B tests/house/failed_tests.py "${results[@]}"' EXIT # even if the second build fails
@@ -158,18 +190,18 @@ case $command in
         ;;
     fuzz)
         [[ ${1:-} =~ ^[0-9]+([.][0-9]+)?$ ]] || fail "fuzz takes minutes and targets, not '$*'"
-        installPackages
+        installPackages test
         command -v clang++-19 >/dev/null || installPackages dev clang
         build fuzz --target $(if (($# > 1)); then printf 'fuzz_%s ' "${@:2}"; else printf fuzzers; fi)
         python3 tests/fuzz/run.py build/fuzz "$1" --jobs "$(jobs)" "${@:2}"
         ;;
     build)
-        installPackages
+        installPackages test
         build "${1:-release}"
         ;;
     packages)
         [[ $# == 0 || $* == dev ]] || fail "packages takes nothing or 'dev', not '$*'"
-        installPackages "${1:-}"
+        installPackages "${1:-test}"
         printf './do: all packages of packages.txt are installed\n'
         ;;
     format)

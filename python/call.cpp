@@ -5,6 +5,8 @@
 #include "python/errors.h"
 #include "scenes/warning.h"
 
+#include <string_view>
+
 namespace shadowdag::python {
 
 namespace {
@@ -15,7 +17,9 @@ thread_local Call* callOfThread = nullptr;
 
 constexpr auto kPollInterval = std::chrono::milliseconds(100);
 
-void warn(const std::string& text) {
+void warn(const std::string& note) {
+    constexpr std::string_view kPrefix = "warning: "; // the class says so
+    const std::string text = note.starts_with(kPrefix) ? note.substr(kPrefix.size()) : note;
     const py::gil_scoped_acquire locked;
     const py::object category = py::module_::import("shadowdag._native").attr("Warning");
     if (PyErr_WarnEx(category.ptr(), text.c_str(), 1) != 0)

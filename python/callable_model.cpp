@@ -37,13 +37,28 @@ MapRow rowOf(const MapQuantities& q) {
             0,           0};
 }
 
-/// The quantities alone, as a model sees them.
-py::array quantityRows(const std::vector<MapQuantities>& maps) {
+/// Returns the fields that counting one of kCountNames gives.
+std::vector<std::string> fieldsOf(const std::string& counted) {
+    if (counted == "triangles")
+        return {"triangles", "batches"};
+    if (counted == "movers")
+        return {"movers", "mover_crossings"};
+    return {counted};
+}
+
+/// The quantities alone, as a model sees them: those that are not counted are left out, so that
+/// numpy refuses to read them.
+py::array quantityRows(const std::vector<MapQuantities>& maps, uint32_t counts) {
     py::array_t<MapRow> rows(static_cast<py::ssize_t>(maps.size()));
     std::transform(maps.begin(), maps.end(), rows.mutable_data(), rowOf);
+    std::vector<std::string> hidden{"route", "pair_count"};
+    for (size_t i = 0; i < std::size(kCountNames); ++i)
+        if ((counts >> i & 1) == 0)
+            for (const std::string& field : fieldsOf(kCountNames[i]))
+                hidden.push_back(field);
     py::list names;
     for (const py::handle& name : rows.dtype().attr("names"))
-        if (name.cast<std::string>() != "route" && name.cast<std::string>() != "pair_count")
+        if (std::find(hidden.begin(), hidden.end(), name.cast<std::string>()) == hidden.end())
             names.append(name);
     return rows.attr("__getitem__")(names);
 }
@@ -90,7 +105,7 @@ public:
 
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
         const py::gil_scoped_acquire locked;
-        const py::object result = (*function_)(quantityRows(maps));
+        const py::object result = (*function_)(quantityRows(maps, counts_));
         const py::array array = py::module_::import("numpy").attr("asarray")(result);
         const std::string kind = py::str(array.dtype().attr("kind"));
         if (array.ndim() != 1 || size_t(array.shape(0)) != maps.size() ||

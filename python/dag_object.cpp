@@ -4,6 +4,7 @@
 #include "cuda/parallel_for.h"
 #include "python/arrays.h"
 #include "python/call.h"
+#include "python/errors.h"
 #include "python/json_object.h"
 #include "tools/workspace/asset_json.h"
 #include "tools/workspace/scene_setup.h"
@@ -119,7 +120,8 @@ py::array cellsOf(const DagObject& self, uint32_t level, uint64_t maxCount) {
     return arrayOver3(cells->data(), cells->size(), cells);
 }
 
-std::shared_ptr<DagObject> loadAsset(const std::string& path, const py::object& progress) {
+std::shared_ptr<DagObject> loadAsset(const py::object& file, const py::object& progress) {
+    const std::string path = pathOf(file);
     Call call("read " + path, progress);
     return call.run([&] {
         Asset asset = readAsset(path);
@@ -128,8 +130,9 @@ std::shared_ptr<DagObject> loadAsset(const std::string& path, const py::object& 
     });
 }
 
-void save(DagObject& self, const std::string& path, const std::string& packing,
+void save(DagObject& self, const py::object& file, const std::string& packing,
           const py::object& progress) {
+    const std::string path = pathOf(file);
     if (std::filesystem::path(path).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
                     "'" + path + "': assets are .svdag files; use that extension");

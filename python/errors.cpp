@@ -10,6 +10,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace shadowdag::python {
 
@@ -47,6 +48,15 @@ void refuseZeroByte(const std::string& argument) {
         throw Error(ErrorKind::kUsage, printable(argument) + ": contains a zero byte; drop it");
 }
 
+std::string pathOf(const py::object& path) {
+    const py::object text = py::hasattr(path, "__fspath__") ? path.attr("__fspath__")() : path;
+    if (!py::isinstance<py::str>(text))
+        throw py::type_error("a path is " +
+                             py::str(py::type::of(path).attr("__name__")).cast<std::string>() +
+                             "; it must be str or os.PathLike");
+    return text.cast<std::string>();
+}
+
 void addErrors(py::module_& scope) {
     PyObject* const base = addClass(scope, "Error",
                                     "What the library refuses or cannot do: the base of the "
@@ -75,6 +85,8 @@ void addErrors(py::module_& scope) {
         } catch (const std::bad_alloc& error) {
             raise(error);
         } catch (const std::logic_error& error) {
+            raise(error);
+        } catch (const std::system_error& error) { // files, threads: with the program's remedies
             raise(error);
         } catch (const Interrupted&) {
             PyErr_SetNone(PyExc_KeyboardInterrupt);

@@ -15,4 +15,7 @@ void addErrors(pybind11::module_& scope);
 /// Throws Error kUsage for an argument with a zero byte, which would end every message about it.
 void refuseZeroByte(const std::string& argument);
 
+/// Returns a path that is given as str or os.PathLike. Throws py::type_error for anything else.
+std::string pathOf(const pybind11::object& path);
+
 } // namespace shadowdag::python

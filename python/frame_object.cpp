@@ -23,8 +23,9 @@ using Object = std::shared_ptr<FrameObject>;
 
 void requireLights(const SceneObject& scene) {
     if (scene.world().lights().empty())
-        throw Error(ErrorKind::kInput,
-                    scene.scene().argument + ": has no supported light; place some with lights=32");
+        throw Error(ErrorKind::kInput, scene.scene().argument +
+                                           ": has no supported light; place some with "
+                                           "load(..., lights=32) or scene(..., placed_lights=32)");
 }
 
 /// Returns a text that is the same for frames with the same pairs.
@@ -49,18 +50,12 @@ const FrameCosts& replayedCosts(const SceneObject& scene, const Camera& camera,
                                 const FrameRequest& request) {
     const CostSource& source = request.costs;
     const CostKey key{scene.scene().name, 0, request.run.frame.start};
-    const TableCosts& found = findCosts(*source.table, source.path, key);
     Experiment experiment = request.experiment;
     experiment.lightCount = scene.lightCount;
     experiment.lightSeed = scene.lightSeed;
-    const std::string others =
-        otherConditions(found, source.path, key,
-                        costConditions(scene.scene(), camera, experiment, request.timeSeconds));
-    if (!others.empty() && !request.allowsStaleCosts)
-        throw Error(ErrorKind::kInput, others + "; measure them again, or set allow_stale=True");
-    if (!others.empty())
-        pythonConsole().note("warning: " + others + "; used nevertheless");
-    return found;
+    return findCosts(*source.table, source.path, key,
+                     costConditions(scene.scene(), camera, experiment, request.timeSeconds),
+                     request.allowsStaleCosts, pythonConsole(), "set allow_stale=True");
 }
 
 /// Renders as SingleFrames::render does: every frame depends on its inputs alone.

@@ -58,7 +58,10 @@ void refuseUnknown(const Json& json) {
         if (std::find(known.begin(), known.end(), key) != known.end())
             continue;
         if (key == "lights" || key == "light_seed")
-            refuse(quoted(key) + " is of the scene; give it to load()");
+            refuse(quoted(key) +
+                   " belongs to the scene; give it to load(), or placed_lights to scene()");
+        if (key == "backend")
+            refuse(quoted(key) + " belongs to the scene; give it to load() or scene()");
         std::sort(known.begin(), known.end());
         refuse("unknown key " + quoted(key) + "; the keys are " + joinedNames(known));
     }

@@ -4,6 +4,7 @@
 #include "cuda/parallel_for.h"
 #include "python/arrays.h"
 #include "python/dag_object.h"
+#include "python/errors.h"
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "tools/settings/camera_text.h"
@@ -25,9 +26,10 @@ WorkspaceOptions optionsOf(Backend backend, const std::string& cache) {
     return options;
 }
 
-std::shared_ptr<SceneObject> load(const std::string& scene, int64_t lights, uint64_t lightSeed,
-                                  const std::string& backend, const std::string& cache,
+std::shared_ptr<SceneObject> load(const py::object& file, int64_t lights, uint64_t lightSeed,
+                                  const std::string& backend, const py::object& cacheDirectory,
                                   const py::object& progress) {
+    const std::string scene = pathOf(file), cache = pathOf(cacheDirectory);
     const int lightCount = placedLightCount("lights", lights);
     Call call("read " + scene, progress);
     return call.run([&] {
@@ -192,7 +194,7 @@ void addScene(py::module_& scope) {
     scope.def("load", &load, py::arg("scene"), py::arg("lights") = -1, py::arg("light_seed") = 1,
               py::arg("backend") = "auto", py::arg("cache") = "", py::arg("progress") = py::none(),
               "Returns the Scene of a .glb or .gltf file, one that Assimp reads, or "
-              "builtin:NAME.\n\nlights: replaces "
+              "builtin:NAME.\n\nscene, cache: str or os.PathLike.\nlights: replaces "
               "all lights by this many, placed by light_seed; -1: its own.\nbackend: auto, cpu or "
               "cuda.\ncache: directory of built assets; '': voxels are kept in memory alone.\n"
               "Raises UsageError for an unknown built-in scene or backend, InputError for a file "

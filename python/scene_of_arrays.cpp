@@ -8,7 +8,6 @@
 #include "tools/settings/parse.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace shadowdag::python {
 
@@ -72,6 +71,8 @@ Mesh meshOf(const py::dict& arrays) {
     return mesh;
 }
 
+constexpr double kMaxIntensity = 1e30, kMaxRangeWorld = 1e18; ///< as in files
+
 /// Adds lights: rows of position, direction, intensity, range, kind, inner and outer cone angle.
 void addLights(Scene& scene, const py::dict& arrays) {
     const auto rows = table(arrays, "lights", 13);
@@ -79,20 +80,34 @@ void addLights(Scene& scene, const py::dict& arrays) {
         glm::dvec3 position, direction;
         LightSource light;
         light.name = "light " + std::to_string(i);
+        const auto refuse = [&](const std::string& what) {
+            throw Error(ErrorKind::kUsage, "lights: row " + std::to_string(i) + " has " + what);
+        };
         for (int a = 0; a < 3; ++a) {
             position[a] = rows.at(i, a);
             direction[a] = rows.at(i, 3 + a);
             const double intensity = rows.at(i, 6 + a);
-            if (!(intensity >= 0 && intensity <= double(std::numeric_limits<float>::max())))
-                throw Error(ErrorKind::kUsage, "lights: row " + std::to_string(i) +
-                                                   " has the intensity " + numberText(intensity) +
-                                                   "; it must be finite and at least 0");
+            if (!(intensity >= 0 && intensity <= kMaxIntensity))
+                refuse("the intensity " + numberText(intensity) + "; it must be from 0 to 1e30");
             light.color[a] = float(intensity);
         }
-        light.rangeWorld = float(rows.at(i, 9));
-        light.kind = Light::Kind(uint32_t(rows.at(i, 10)));
-        light.innerConeAngle = float(rows.at(i, 11));
-        light.outerConeAngle = float(rows.at(i, 12));
+        const double range = rows.at(i, 9), kind = rows.at(i, 10);
+        if (!(range >= 0 && range <= kMaxRangeWorld))
+            refuse("the range " + numberText(range) +
+                   "; it must be from 0, for the default, to 1e18");
+        if (!(kind == double(Light::kPoint) || kind == double(Light::kSpot) ||
+              kind == double(Light::kSun)))
+            refuse("the kind " + numberText(kind) +
+                   "; it must be 0, a point light, 1, a spot, or 2, a directional one");
+        light.rangeWorld = float(range);
+        light.kind = Light::Kind(uint32_t(kind));
+        const double inner = rows.at(i, 11), outer = rows.at(i, 12);
+        if (light.kind == Light::kSpot &&
+            !(inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= 1.5708))
+            refuse("cone angles " + numberText(inner) + " and " + numberText(outer) +
+                   "; needed, in radians: 0 <= inner < outer <= pi / 2");
+        light.innerConeAngle = float(inner);
+        light.outerConeAngle = float(outer);
         const double length = glm::length(direction);
         if (!isWithinReach(position) || !(length > 0) || !std::isfinite(length))
             throw Error(ErrorKind::kUsage, "lights: row " + std::to_string(i) + " stands at " +
@@ -139,8 +154,12 @@ std::shared_ptr<SceneObject> sceneOfArrays(const py::dict& arrays, const std::st
     scene.name = name;
     Material material;
     const auto color = table(arrays, "color", 3);
-    for (int a = 0; a < 3; ++a)
+    for (int a = 0; a < 3; ++a) {
+        if (!(color.at(0, a) >= 0 && color.at(0, a) <= 1))
+            throw Error(ErrorKind::kUsage, "color holds " + numberText(color.at(0, a)) +
+                                               "; it must be from 0 to 1, linear");
         material.baseColor[a] = float(color.at(0, a));
+    }
     scene.materials.push_back(material);
     scene.meshes.push_back(meshOf(arrays));
     Node node;

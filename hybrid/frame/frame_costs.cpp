@@ -5,6 +5,9 @@
 #include "hybrid/frame/frame_state.h"
 
 #include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
 
 namespace shadowdag {
 
@@ -139,32 +142,66 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
         options.start == FrameStart::kWarm && options.maps.useStaticOptimization;
     const std::unique_ptr<CostModel> rays = makeCostModel("texels:inf"),
                                      maps = makeCostModel("texels:0");
+    const auto timeOf = [&](const CostModel& model) {
+        return servingMs(renderFrom(renderer, camera, model, alone, beforeStage).stages);
+    };
     std::vector<double> raysMs, mapsMs;
+    std::vector<float> requests;
     for (int repeat = 0; repeat < repeats;
          ++repeat) { // alternately, so that both have the same noise
-        raysMs.push_back(servingMs(renderFrom(renderer, camera, *rays, alone, beforeStage).stages));
+        raysMs.push_back(timeOf(*rays));
         FrameResult drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
         if (drawn.counts.listRerunCount > 0) // lists were as long as those of a map alone
             drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
         mapsMs.push_back(servingMs(drawn.stages));
         costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
+        requests.clear();
+        for (const MapRecord& map : drawn.maps)
+            requests.push_back(map.quantities.texels);
     }
     scaleCosts(costs, median(raysMs), median(mapsMs));
-    const std::unique_ptr<CostModel> cheaper = makeCostModel("oracle");
-    cheaper->setCosts(costs);
-    std::vector<double> cheaperMs;
-    for (int repeat = 0; repeat < repeats; ++repeat) {
-        cheaperMs.push_back(
-            servingMs(renderFrom(renderer, camera, *cheaper, alone, beforeStage).stages));
-    }
+    std::vector<std::unique_ptr<CostModel>> models;
+    models.push_back(makeCostModel("oracle"));
+    costs.wholeFrameTexels.reset();
+    models.front()->setCosts(costs);
+    const std::vector<float> thresholds = thresholdsBetween(requests);
+    for (const float threshold : thresholds)
+        models.push_back(makeTexelModel(threshold));
+    std::vector<std::vector<double>> times(models.size());
+    for (int repeat = 0; repeat < repeats; ++repeat)
+        for (size_t i = 0; i < models.size(); ++i)
+            times[i].push_back(timeOf(*models[i]));
     renderer.reset();
-    takeWholeFrame(costs, median(raysMs), median(mapsMs), median(cheaperMs));
+    std::vector<ThresholdTime> whole{{std::numeric_limits<float>::infinity(), median(raysMs)},
+                                     {0.0f, median(mapsMs)}};
+    for (size_t i = 0; i < thresholds.size(); ++i)
+        whole.push_back({thresholds[i], median(times[i + 1])});
+    takeWholeFrame(costs, whole, median(times.front()));
 }
 
-void takeWholeFrame(FrameCosts& costs, double raysMs, double mapsMs, double cheaperMs) {
-    costs.wholeFrame.reset();
-    if (std::min(raysMs, mapsMs) < cheaperMs)
-        costs.wholeFrame = raysMs < mapsMs ? Route::kRays : Route::kMap;
+void takeWholeFrame(FrameCosts& costs, const std::vector<ThresholdTime>& thresholds,
+                    double cheaperMs) {
+    costs.wholeFrameTexels.reset();
+    double leastMs = cheaperMs;
+    for (const ThresholdTime& threshold : thresholds)
+        if (threshold.timeMs < leastMs) {
+            leastMs = threshold.timeMs;
+            costs.wholeFrameTexels = threshold.texels;
+        }
+}
+
+std::vector<float> thresholdsBetween(std::vector<float> requests) {
+    constexpr size_t kMost = 6;
+    std::sort(requests.begin(), requests.end());
+    requests.erase(std::unique(requests.begin(), requests.end()), requests.end());
+    // What is less than a threshold is traced: each of the others is one.
+    std::vector<float> thresholds;
+    for (size_t k = 1; k <= kMost && requests.size() > 1; ++k) {
+        const size_t next = std::max<size_t>(k * requests.size() / (kMost + 1), 1);
+        if (thresholds.empty() || requests[next] > thresholds.back())
+            thresholds.push_back(requests[next]);
+    }
+    return thresholds;
 }
 
 void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs) {

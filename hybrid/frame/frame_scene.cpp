@@ -68,7 +68,11 @@ void FrameScene::readMovers() {
 void FrameScene::followMotion() {
     if (isFollowed_)
         return;
-    space_ = truthSpaceOf(boundsOfPositions());
+    const TruthSpace before = std::exchange(space_, truthSpaceOf(boundsOfPositions()));
+    if (hasBvh_ && before.origin != space_.origin) {
+        moveToSpace(bvh_, before.origin, space_.origin);
+        setBvh();
+    }
     movers_.update(world_, batchSet_.view(), space_, triangles(), batches());
     isFollowed_ = true;
 }
@@ -241,9 +245,13 @@ void FrameScene::prepareExact() {
         return;
     followMotion();
     bvh_ = buildTriangleBvh(geometry(world_.triangles()), viewOf(world_.staticTriangles()));
+    setBvh();
+    hasBvh_ = true;
+}
+
+void FrameScene::setBvh() {
     bvhNodes_.set(bvh_.nodes);
     bvhLeaves_.set(bvh_.leaves);
-    hasBvh_ = true;
 }
 
 uint64_t FrameScene::exactBytes() const {

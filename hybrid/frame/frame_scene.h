@@ -117,6 +117,7 @@ private:
     /// Makes what rays read besides the DAG follow the last update.
     void followMotion();
     void readMovers();
+    void setBvh();
     /// Returns the bounds of all positions. Cost: those that move; the first time, all.
     Box boundsOfPositions();
     /// Builds what rays with these options read besides the DAG, once.

@@ -7,6 +7,7 @@
 #include "hybrid/frame/map_routing.h"
 
 #include <memory>
+#include <vector>
 
 namespace shadowdag {
 
@@ -54,12 +55,24 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
 /// it; leaves costs unchanged that add up to 0.
 void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs);
 
-/// Sets FrameCosts::wholeFrame from the times of the whole frame by rays, by maps and by the
-/// cheaper method of each map.
-void takeWholeFrame(FrameCosts& costs, double raysMs, double mapsMs, double cheaperMs);
+/// The time of a whole frame by the model `texels` with a threshold.
+struct ThresholdTime {
+    float texels;
+    double timeMs;
+};
 
-/// Scales the costs of a frame's maps to whole frames by one method, and measures whether one of
-/// the methods serves the whole frame faster than the cheaper of each map does.
+/// Sets FrameCosts::wholeFrameTexels from the times of whole frames by thresholds, the first of the
+/// fastest, and by the cheaper method of each map.
+void takeWholeFrame(FrameCosts& costs, const std::vector<ThresholdTime>& thresholds,
+                    double cheaperMs);
+
+/// Returns thresholds that route differently, at most six, between the quantiles of these requests
+/// in texels; none if all are equal.
+std::vector<float> thresholdsBetween(std::vector<float> requests);
+
+/// Scales the costs of a frame's maps to whole frames by one method, and measures whether one
+/// method, or a threshold between, serves the whole frame faster than the cheaper method of each
+/// map does.
 void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
                   int repeats, FrameCosts& costs, const std::function<void()>& beforeStage);
 

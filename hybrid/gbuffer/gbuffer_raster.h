@@ -329,11 +329,16 @@ struct ResolveSamples {
         const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
         const glm::dvec3 d = view.direction(uint32_t(i % view.width), uint32_t(i / view.width));
         const double along = glm::dot(t.normal, d);
-        const double depth = glm::dot(t.normal, t.corner[0]) / along;
+        const float seen = std::bit_cast<float>(uint32_t(visibility[i] >> 32));
+        double depth = glm::dot(t.normal, t.corner[0]) / along;
+        // In a plane through the eye, to rounding, this is a quotient of rounding errors: another
+        // one than that of the visibility buffer, which is in range.
+        if (!(glm::abs(depth - double(seen)) <= double(seen) * 0x1p-20))
+            depth = double(seen);
         const double toUnit = (along > 0.0 ? -1.0 : 1.0) / glm::sqrt(glm::dot(t.normal, t.normal));
         positionWorld[i] = glm::vec3(view.origin + depth * d);
         normalWorld[i] = glm::vec3(t.normal * toUnit);
-        depthView[i] = std::bit_cast<float>(uint32_t(visibility[i] >> 32));
+        depthView[i] = seen;
         triangle[i] = index;
     }
 };

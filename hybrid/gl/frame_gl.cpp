@@ -98,6 +98,8 @@ std::string unfollowedByGl(const FrameOptions& options) {
         return "believes all voxels: its rays ask no triangles (--believe all)";
     if (options.rays.lod != LodRule::kFixed || options.rays.level != 0)
         return "traces voxels of level 0 only, without a level of detail (--lod)";
+    if (options.pruning == PairPruning::kLit)
+        return "prunes pairs by facing alone, without proofs of light (LP of --variants)";
     if (options.maps.retainsPages)
         return "frees pages at once and keeps none that no map requests (SOR of --variants)";
     if (options.maps.lodTexels > 0.0f)

@@ -6,6 +6,7 @@
 #include "hybrid/judge/explain.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace shadowdag {
@@ -64,6 +65,47 @@ std::vector<PairJudge::Flips> flipsOf(const PairJudge& judge, const ErrorInputs&
 
 double shareOf(uint64_t count, uint64_t of) {
     return of > 0 ? double(count) / double(of) : 0.0;
+}
+
+/// Counts by ServedBy.
+using ServerCounts = std::array<uint64_t, 3>;
+
+size_t serverOf(const ErrorInputs& inputs, const Case& c) {
+    return size_t(inputs.pairServer[c.pair].by());
+}
+
+/// Sets outlineNullRate and outlineNullSampleCount. Of a hybrid, pairs by exact rays have hardly an
+/// error and hardly one that could be explained: the rate is that of the servers of wrong pairs, in
+/// the wrong pairs' proportions.
+void takeOutlineNullRate(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility,
+                         const ErrorOptions& options, const PairJudge& judge,
+                         const std::vector<Case>& wrong, ErrorReport& report) {
+    ServerCounts weight{}, sampleCount{}, flipCount{};
+    for (const Case& c : wrong)
+        ++weight[serverOf(inputs, c)];
+    if (wrong.empty())
+        weight.fill(1);
+    constexpr uint32_t kTriesNearOutlines = 64; // they are a few in a hundred
+    const std::vector<Case> near = sampleRightPairs(
+        inputs, truthVisibility, options.seed + 1, options.nullSampleCount / 4, kTriesNearOutlines,
+        [&](const Case& c) {
+            return weight[serverOf(inputs, c)] > 0 &&
+                   isNearOutline(inputs.gbuffer, inputs.pairs, truthVisibility, c.sample, c.pair);
+        });
+    const std::vector<PairJudge::Flips> flips = flipsOf(judge, inputs, near);
+    for (size_t i = 0; i < near.size(); ++i) {
+        const size_t server = wrong.empty() ? 0 : serverOf(inputs, near[i]);
+        sampleCount[server] += !flips[i].isMagnified;
+        flipCount[server] += flips[i].byShifts;
+    }
+    double rate = 0, whole = 0;
+    for (size_t server = 0; server < weight.size(); ++server)
+        if (sampleCount[server] > 0) {
+            rate += double(weight[server]) * shareOf(flipCount[server], sampleCount[server]);
+            whole += double(weight[server]);
+            report.outlineNullSampleCount += sampleCount[server];
+        }
+    report.outlineNullRate = whole > 0 ? rate / whole : 0.0;
 }
 
 void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility) {
@@ -187,18 +229,7 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
     report.tapNullRate = shareOf(tapCount, report.tapNullSampleCount);
     report.tapOnlyNullRate = shareOf(tapOnlyCount, report.tapNullSampleCount);
 
-    constexpr uint32_t kTriesNearOutlines = 64; // they are a few in a hundred
-    const std::vector<Case> near = sampleRightPairs(
-        inputs, truthVisibility, options.seed + 1, options.nullSampleCount / 4, kTriesNearOutlines,
-        [&](const Case& c) {
-            return isNearOutline(inputs.gbuffer, pairs, truthVisibility, c.sample, c.pair);
-        });
-    uint64_t nearCount = 0;
-    for (const PairJudge::Flips& of : flipsOf(judge, inputs, near)) {
-        report.outlineNullSampleCount += !of.isMagnified;
-        nearCount += of.byShifts;
-    }
-    report.outlineNullRate = shareOf(nearCount, report.outlineNullSampleCount);
+    takeOutlineNullRate(inputs, truthVisibility, options, judge, wrong, report);
     return report;
 }
 

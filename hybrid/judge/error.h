@@ -58,8 +58,9 @@ struct ErrorReport {
     double nullRate = 0; ///< share of sampled right pairs that the same 32 rays would flip
     /// Right pairs sampled, with replacement, without those whose reverse would be magnified.
     uint64_t nullSampleCount = 0;
-    /// The same of right pairs near an outline (isNearOutline), where wrong pairs lie: what the
-    /// share of explained errors is to be compared with.
+    /// The same of right pairs near an outline (isNearOutline), where wrong pairs lie, and by the
+    /// servers (ServedBy) of wrong pairs, in their proportions: what the share of explained errors
+    /// is to be compared with.
     double outlineNullRate = 0;
     uint64_t outlineNullSampleCount = 0;
     /// How selective settling by the taps' own rays is: the share of the sampled right pairs by

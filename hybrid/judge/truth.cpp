@@ -268,4 +268,8 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
     return result;
 }
 
+std::string embreeVersion() {
+    return RTC_VERSION_STRING;
+}
+
 } // namespace shadowdag

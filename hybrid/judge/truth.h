@@ -30,6 +30,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace shadowdag {
@@ -108,5 +109,8 @@ public:
 private:
     std::unique_ptr<State> state_;
 };
+
+/// Returns the version of Embree that the program was compiled with, as in "3.13.5".
+std::string embreeVersion();
 
 } // namespace shadowdag

@@ -168,25 +168,34 @@ SDAG_HD inline bool isStopped(const RayInputs& inputs, const PairSegment& pair,
     return occludedByLevels(inputs.dag, pair.segment, times, threshold, hit);
 }
 
+/// Returns how far a point of a triangle in a voxel that a pair's segment meets is from the segment
+/// at most, in world units: sqrt(3) voxels, with what shadowLift allows for rounding. The segment
+/// starts within `offset` times that of the line from the sample to the light.
+SDAG_HD inline double voxelReachWorld(const RayInputs& inputs, const ShadowPair& pair) {
+    const glm::vec3 diagonal(0.57735027f); // whose components add to the most, sqrt(3)
+    const VoxelGrid& grid = inputs.dag.grid;
+    return grid.voxelSizeWorld *
+           shadowLift(grid, pair.positionWorld, diagonal, rayEnd(inputs, pair, 0), 1.0f, 0);
+}
+
 /// Shortens a pair's segment to the part on which a voxel that it meets is believed; returns false
 /// when there is none.
 ///
-/// A voxel of side h that the segment meets at the distance t from the light holds a point of a
-/// triangle within sqrt(3) h of the segment. The segment starts where the sample was lifted, by at
-/// most b = offset sqrt(3) h (1 + 2^-10), and ends on the line to the light. So the point's shadow
-/// falls within sqrt(3) h d / t + b of the sample, across the light's direction, d the sample's
-/// distance from the light: no shadow that is believed is displaced by more. It is believed where
-/// that is at most `believe` pixel footprints w, so where t / d is at least
-/// sqrt(3) h / (believe w - b). Towards a directional light t / d is 1.
+/// A voxel that the segment meets at the distance t from the light holds a point of a triangle
+/// within r = voxelReachWorld of the segment. The segment starts where the sample was lifted, by at
+/// most b = offset r, and ends on the line to the light. So the point's shadow falls
+/// within r d / t + b of the sample, across the light's direction, d the sample's distance from the
+/// light: no shadow that is believed is displaced by more. It is believed where that is at most
+/// `believe` pixel footprints w, so where t / d is at least r / (believe w - b). Towards a
+/// directional light t / d is 1.
 SDAG_HD inline bool shortenToBelieved(const RayInputs& inputs, const ShadowPair& pair,
                                       DagSegment& segment) {
     const VoxelGrid& grid = inputs.dag.grid;
-    const double reach = 1.7320508075688774 * grid.voxelSizeWorld;
+    const double reach = voxelReachWorld(inputs, pair);
     const double footprint = pixelFootprintWorld(inputs.detail, pair.positionWorld);
     const float believe =
         mutated(Mutant::kBeliefTooWide, inputs.options.believe, 4.0f * inputs.options.believe);
-    const double room =
-        double(believe) * footprint - double(inputs.options.offset) * reach * (1.0 + 0x1p-10);
+    const double room = double(believe) * footprint - double(inputs.options.offset) * reach;
     if (!(reach <= room))
         return false;
     const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(pair.lightWorld));

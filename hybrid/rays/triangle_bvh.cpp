@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "cuda/mutant.h"
+#include "cuda/parallel_for.h"
 #include "hybrid/rays/build_poll.h"
 #include "hybrid/rays/embree_device.h"
 #include "hybrid/rays/embree_version.h"
@@ -170,6 +171,29 @@ TriangleBvh buildTriangleBvh(const TruthGeometry& geometry, View<const uint32_t>
                                               std::to_string(int(error)) +
                                               "); free memory or use a smaller scene");
     return bvh;
+}
+
+void moveToSpace(TriangleBvh& bvh, const glm::dvec3& from, const glm::dvec3& to) {
+    const auto moveAll = [&](auto& values, int axis) { // infinity stays
+        for (float& value : values)
+            value = float(double(value) + from[axis] - to[axis]);
+    };
+    parallelFor<CpuTag>(
+        bvh.nodes.size(),
+        [&](size_t i) {
+            for (int axis = 0; axis < 3; ++axis) {
+                moveAll(bvh.nodes[i].low[axis], axis);
+                moveAll(bvh.nodes[i].high[axis], axis);
+            }
+        },
+        256);
+    parallelFor<CpuTag>(
+        bvh.leaves.size(),
+        [&](size_t i) {
+            for (int axis = 0; axis < 3; ++axis)
+                moveAll(bvh.leaves[i].corner[axis], axis);
+        },
+        256);
 }
 
 } // namespace shadowdag

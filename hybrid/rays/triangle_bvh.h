@@ -35,4 +35,9 @@ struct TriangleBvh {
 /// @param geometry all world triangles @param which indices into them
 TriangleBvh buildTriangleBvh(const TruthGeometry& geometry, View<const uint32_t> which);
 
+/// Moves a hierarchy into the local space of another origin: its boxes and corners become those
+/// that the builder would have found there, exactly, as both spaces hold its triangles exactly
+/// (truthSpaceOf). Cost: linear. @param from the origin of its space
+void moveToSpace(TriangleBvh& bvh, const glm::dvec3& from, const glm::dvec3& to);
+
 } // namespace shadowdag

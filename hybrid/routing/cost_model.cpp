@@ -34,7 +34,7 @@ private:
     double threshold_; // texels; infinity traces all
 };
 
-// The cheaper method by measured costs, or one method where that was measured to be faster.
+// The cheaper method by measured costs, or a threshold where that was measured to be faster.
 class OracleModel : public CostModel {
 public:
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
@@ -52,12 +52,9 @@ public:
                                 (map.octave ? ", octave " + std::to_string(map.octave) : "") +
                                 ", which the frame needs; measure them again for this scene, "
                                 "camera and size");
-            ratios.push_back(!costs_.wholeFrame ? costRatio(cost->raysMs, cost->mapMs)
-                             : *costs_.wholeFrame == Route::kRays
-                                 ? std::numeric_limits<double>::infinity()
-                                 : 0.0);
+            ratios.push_back(costRatio(cost->raysMs, cost->mapMs));
         }
-        return ratios;
+        return costs_.wholeFrameTexels ? TexelModel(*costs_.wholeFrameTexels).weigh(maps) : ratios;
     }
     bool needsCosts() const override { return true; }
     uint32_t counts() const override { return kCountsNothing; }
@@ -72,7 +69,7 @@ private:
     FrameCosts costs_;
 };
 
-std::unique_ptr<CostModel> makeTexelModel(const std::string& argument) {
+std::unique_ptr<CostModel> makeNamedTexelModel(const std::string& argument) {
     double threshold = std::numeric_limits<double>::infinity();
     if (argument != "inf") {
         const char* const end = argument.data() + argument.size();
@@ -100,13 +97,18 @@ struct ModelEntry {
     std::unique_ptr<CostModel> (*make)(const std::string& argument);
 };
 constexpr ModelEntry kModels[] = {
-    {"texels", "texels:N", makeTexelModel},
+    {"texels", "texels:N", makeNamedTexelModel},
     {"expr", "expr:EXPRESSION", makeExpressionModel},
     {"cost", "cost", makeCalibratedModel},
     {"oracle", "oracle", makeOracleModel},
 };
 
 } // namespace
+
+std::unique_ptr<CostModel> makeTexelModel(float threshold) {
+    SDAG_ASSERT(threshold >= 0.0f);
+    return std::make_unique<TexelModel>(threshold);
+}
 
 double costRatio(double raysMs, double mapMs) {
     if (raysMs > 0)

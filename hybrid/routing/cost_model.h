@@ -71,12 +71,17 @@ struct FrameCosts {
     /// method add up to the frame by that method; 1 if they are isolated.
     double raysScale = 1, mapsScale = 1;
     double degradeDivisor = 1; ///< of the frame with every map drawn: above 1 if the pool was full
-    /// The route of all maps if the whole frame by it was measured to be faster than the frame by
-    /// the cheaper method of each map: a frame of both methods pays for both.
-    std::optional<Route> wholeFrame = {};
+    /// The threshold of the model `texels` by which all maps are routed if the whole frame by it
+    /// was measured to be faster than the frame by the cheaper method of each map, since a frame of
+    /// both methods pays for both: infinity for rays alone, 0 for maps alone, or one between.
+    std::optional<float> wholeFrameTexels = {};
 };
 
 struct CostCalibration;
+class CostModel;
+
+/// Returns the model texels:THRESHOLD, of at least 0; infinity traces all.
+std::unique_ptr<CostModel> makeTexelModel(float threshold);
 
 /// Returns the ratio of a map's cost to its rays' cost; infinity for rays that cost nothing and a
 /// map that does, 1 if both cost nothing.

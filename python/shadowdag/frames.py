@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import _native
+from .scenes import camera_numbers
 
 
 def frame(self, settings=None, /, *, record=True, progress=None, **more):
@@ -10,12 +11,17 @@ def frame(self, settings=None, /, *, record=True, progress=None, **more):
 
     settings, more: the settings of the frame, as a dict or as keywords: method, model, variant, costs, time, resolution
     and those of experiment files; frame_settings() lists them with defaults and help. `model` may be a function: see
-    cost_model. A bad value, an unknown key and a setting that the method does not read raise UsageError, with the
+    cost_model; `size` a pair as Frame.size has it; `camera` 6 to 10 numbers, as scene() has them. A bad value, an unknown key and a setting that the method does not read raise UsageError, with the
     program's own messages. record=False keeps no pairs and counts nothing for reports, as frames are timed.
     progress: callable (what, fraction in [0, 1]).
     Every frame depends on its settings alone, not on frames before. Deterministic but for times.
     """
-    return _native.render(self, {**(settings or {}), **more}, record, progress)
+    asked = {**(settings or {}), **more}
+    if isinstance(asked.get("size"), (tuple, list)) and len(asked["size"]) == 2:
+        asked["size"] = "{}x{}".format(*asked["size"])
+    if isinstance(asked.get("camera"), (tuple, list, np.ndarray)):
+        asked["camera"] = camera_numbers(asked["camera"])
+    return _native.render(self, asked, record, progress)
 
 
 def pixels_of_pairs(frame):

@@ -5,18 +5,24 @@ from ._native import UsageError
 from .results import Results
 
 
-def cost_model(counts=(), name=None):
+def cost_model(counts=None, name=None):
     """Returns a decorator that says what a cost model reads.
 
-    A cost model is a function that receives a structured array with a row for each shadow map: light, octave, texels,
-    face_texels, pages, samples, clusters, triangles, batches, lights, range, pairs, movers, mover_crossings (see
-    hybrid/routing/cost_model.h), and returns one value for each: bool, True to trace it by rays, or the cost of drawing
-    the map over that of tracing it (rays above 1).
-    counts: the quantities that take time to count and that it reads, of pages, triangles, pairs, movers; a function
-    without this decorator has them all counted within the frame's time. name: in labels and legends.
+    A cost model is a function that receives a structured array with a row for each shadow map: light, octave, texels
+    (that equation 1 asks along a face's side), face_texels (those that it gets), samples, clusters, lights (of the
+    frame), range (of the light, in the scene's unit), and what takes time to count: pages, triangles and batches, pairs,
+    movers and mover_crossings (see hybrid/routing/cost_model.h). It returns one value for each row: bool, True to trace
+    the map by rays, or the cost of drawing it over that of tracing it (rays above 1).
+    counts: those of pages, triangles, pairs and movers that it reads; the others are not counted and not in the array.
+    None: all are counted, within the frame's time, as for a function without this decorator. name: in labels and legends.
+    Raises UsageError, when a frame asks the model, for a name that is not counted.
     """
+    if callable(counts):  # @cost_model without brackets
+        return cost_model()(counts)
+
     def mark(function):
-        function.counts = tuple(counts)
+        if counts is not None:
+            function.counts = (counts,) if isinstance(counts, str) else tuple(counts)
         if name is not None:
             function.__name__ = name
         return function

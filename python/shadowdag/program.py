@@ -18,6 +18,8 @@ from ._native import DefectError, DeviceError, Error, InputError, ResourceError,
 from .results import load_results
 
 PACKAGE = os.path.dirname(os.path.abspath(__file__))
+PROGRESS = re.compile(r"(.*): (\d+) %, ")
+REMARK = re.compile(r"((?:\S.*?: )?)warning: (.*)")  # after the name of a scene
 CLASSES = {1: UsageError, 2: InputError, 3: ResourceError, 4: DeviceError, 6: DefectError}
 
 
@@ -56,8 +58,9 @@ def program():
 def run_program(*arguments, progress=None):
     """Runs `shadowdag ARGUMENT... --json` and returns its JSON object.
 
-    progress: callable (line) that receives each line of progress; remarks become warnings. Raises the class of the
-    program's error with its message; Ctrl-C ends the program, which leaves every file complete or absent.
+    progress: callable (text, fraction) that receives what is done and how far it is, from 0 to 1, about every second.
+    Remarks, also those about scenes, become warnings. Raises the class of the program's error with its message; Ctrl-C
+    ends the program, which leaves every file complete or absent.
     """
     command = [program(), *map(os.fspath, arguments), "--json"]
     with tempfile.TemporaryFile("w+") as output:
@@ -69,11 +72,11 @@ def run_program(*arguments, progress=None):
                 line = line.rstrip("\n")
                 if line.startswith("shadowdag: error: "):
                     message.append(line[len("shadowdag: error: "):])
-                elif re.search(r": \d+ %, ", line):
+                elif step := PROGRESS.match(line):
                     if progress is not None:
-                        progress(line)
-                elif line.startswith("warning: "):
-                    warnings.warn(line[len("warning: "):], _native.Warning, stacklevel=3)
+                        progress(step[1], int(step[2]) / 100)
+                elif remark := REMARK.match(line):
+                    warnings.warn(remark[1] + remark[2], _native.Warning, stacklevel=3)
             status = child.wait()
         except BaseException:
             child.send_signal(signal.SIGINT)

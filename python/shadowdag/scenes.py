@@ -11,28 +11,46 @@ KINDS = {"point": 0, "spot": 1, "directional": 2}
 COLUMNS = 13  # position, direction, intensity, range, kind, inner and outer cone angle
 
 
+def filled(rows, name, value):
+    """Writes a value for all lights, or one a light, into their columns. Raises UsageError naming the argument."""
+    value = np.asarray(value, np.float64)
+    try:
+        rows[:] = value if rows.shape[1] > 1 else value.reshape(-1, 1)
+    except ValueError:
+        raise UsageError(f"{name} has the shape {value.shape}; it must be one value for all {len(rows)} lights, or one a "
+                         "light") from None
+
+
 def lights(position, intensity=1.0, direction=(0.0, -1.0, 0.0), range=0.0, kind="point", inner=0.0, outer=0.7853982):
     """Returns rows of lights for scene(), float64, (n, 13). Every argument is one value for all lights or one a light.
 
-    position: (n, 3) or (3,), world units. intensity: candela (lux of directional lights), a number or RGB,
-    finite and at least 0.
+    position: (n, 3) or (3,), world units. intensity: candela (lux of directional lights), a number or RGB for all, (n,)
+    or (n, 3); from 0 to 1e30.
     direction: of spot and directional lights, of any length. range: world units, beyond which the light is zero;
-    0: where it falls below 0.05 lux. kind: point, spot or directional. inner, outer: cone angles of spots, radians.
+    0: where it falls below 0.05 lux. kind: point, spot or directional. inner, outer: cone angles of spots, radians,
+    0 <= inner < outer <= pi / 2.
+    Raises UsageError naming an argument of the wrong shape, or an unknown kind; scene() checks the values.
     """
     position = np.atleast_2d(np.asarray(position, np.float64))
     count = len(position)
+    if position.ndim != 2 or position.shape[1] != 3:
+        raise UsageError(f"position has the shape {position.shape}; it must be (n, 3), or (3,) for one light")
     rows = np.zeros((count, COLUMNS))
     rows[:, 0:3] = position
-    rows[:, 3:6] = direction
+    filled(rows[:, 3:6], "direction", direction)
     intensity = np.asarray(intensity, np.float64)
-    rows[:, 6:9] = intensity[:, None] if intensity.ndim == 1 and len(intensity) == count != 3 else intensity
-    rows[:, 9] = range
+    if intensity.shape == (3,) and count == 3:
+        raise UsageError("intensity has three numbers for three lights: one a light, or RGB for all? Give the shape (3, 1) "
+                         "or (3, 3)")
+    filled(rows[:, 6:9], "intensity", intensity[:, None] if intensity.shape == (count,) and count > 1 else intensity)
+    filled(rows[:, 9:10], "range", range)
     kinds = [kind] * count if isinstance(kind, str) else list(kind)
     unknown = [k for k in kinds if k not in KINDS]
     if unknown:
         raise UsageError(f"kind {unknown[0]!r}: must be one of {', '.join(KINDS)}")
-    rows[:, 10] = [KINDS[k] for k in kinds]
-    rows[:, 11], rows[:, 12] = inner, outer
+    filled(rows[:, 10:11], "kind", [KINDS[k] for k in kinds])
+    filled(rows[:, 11:12], "inner", inner)
+    filled(rows[:, 12:13], "outer", outer)
     return rows
 
 

@@ -30,7 +30,7 @@ std::vector<std::string> seeds() {
     costs.maps = {{0, 0, 1.5, 2.5}, {0, 1, 0.25, 4}, {3, 0, 0, 0}};
     FrameCosts whole = costs;
     whole.frame = 7;
-    whole.wholeFrame = Route::kRays;
+    whole.wholeFrameTexels = 96.0f;
     return {jsonLine(toJson(CostTable{{{"atrium", 0}, costs}, {{"houses", 7}, whole}},
                             {{"cpu", "another"}}, Json::object())),
             jsonLine(sourceJson("tests/bench/results/calibration.json", 3))};

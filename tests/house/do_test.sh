@@ -26,7 +26,7 @@ for command in $(grep -oh '\./do [a-z]\+' "$1/Containerfile" "$1/README.md" "$1"
     grep -q "^    $command\b" "$script" || { echo "FAILED: a document uses './do $command', which does not exist"; failures=1; }
 done
 cd -- "$stage" # any directory
-check "help" 0 "report [ARG...]" "$script" help
+check "help" 0 "report [SCENE... OPTION...]" "$script" help
 check "nothing is help" 0 "test [--quick]" "$script"
 check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
 check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
@@ -48,11 +48,24 @@ chmod +x bin/dpkg-query bin/apt-get bin/id
 check "no root" 1 "needs root" stubs packages
 check "names what is missing" 1 " cmake " stubs packages
 
-# As root: updates, then installs all of the list above the marker, and the rest only for dev.
+# As root: updates, then installs all of the list above the last marker, the rest only for dev, and for a report only what
+# is above the first one.
 printf '#!/bin/sh\necho 0\n' >bin/id
 check "installs" 0 "install -y --no-install-recommends g++ cmake" stubs packages
 check "updates first" 0 " update" stubs packages
+check "tests need more than a report" 0 " xvfb" stubs packages
+check "python refuses nonsense" 1 "not 'module'" stubs python module
 check "dev installs more" 0 " clang-19" stubs packages dev
+reported=$(stubs report 2>&1 || true) # ends there: nothing builds
+if [[ $reported != *"--no-install-recommends g++ cmake"*" python3-matplotlib"* || $reported == *xvfb* ]]; then
+    echo "FAILED: report must install what it needs and no more: $reported"
+    failures=$((failures + 1))
+fi
+module=$(stubs python 2>&1 || true)
+if [[ $module != *"--no-install-recommends g++ cmake"*" pybind11-dev"* || $module == *xvfb* ]]; then
+    echo "FAILED: python must install what it needs and no more: $module"
+    failures=$((failures + 1))
+fi
 if [[ $(stubs packages) == *clang-19* ]]; then
     echo "FAILED: development packages were installed without being asked for"
     failures=$((failures + 1))

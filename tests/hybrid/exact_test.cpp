@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 namespace shadowdag::test {
@@ -88,6 +90,33 @@ TEST(ExactRays, EqualATestOfEveryTriangle) {
         EXPECT_GT(blockedCount, 500u);
         EXPECT_LT(blockedCount, 4500u);
     }
+}
+
+TEST(ExactRays, AHierarchyIsMovedToAnotherSpaceExactly) {
+    Stage stage = clump(glm::vec3(100, 0, -8000));
+    const glm::dvec3 before = stage.space.origin;
+    ASSERT_NE(before, glm::dvec3(0.0));
+    const TriangleBvh built = stage.bvh;
+    for (const glm::dvec3& to : {glm::dvec3(0.0), before + glm::dvec3(3.5, 0, -16), before}) {
+        moveToSpace(stage.bvh, stage.space.origin, to);
+        stage.space.origin = to;
+        const TruthGeometry geometry = stage.view().geometry;
+        std::vector<bool> isFound(stage.all.size());
+        for (const TriangleBvhLeaf& leaf : stage.bvh.leaves)
+            for (uint32_t i = 0; i < kTrianglesPerLeaf; ++i) {
+                if (leaf.longest[i] == 0.0f)
+                    continue; // unused, or a point
+                const glm::dvec3 corner(leaf.corner[0][i], leaf.corner[1][i], leaf.corner[2][i]);
+                bool isVertex = false;
+                for (int k = 0; k < 3; ++k)
+                    isVertex = isVertex || corner == geometry.vertex(leaf.triangle[i], k);
+                EXPECT_TRUE(isVertex) << leaf.triangle[i];
+                isFound[leaf.triangle[i]] = true;
+            }
+        EXPECT_GT(std::count(isFound.begin(), isFound.end(), true), 300);
+    }
+    for (size_t i = 0; i < built.nodes.size(); ++i)
+        EXPECT_EQ(std::memcmp(&stage.bvh.nodes[i], &built.nodes[i], sizeof built.nodes[i]), 0);
 }
 
 TEST(ExactRays, MeetABlockerBehindOtherTriangles) {

@@ -161,14 +161,14 @@ TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
         EXPECT_GT(costs.maps[m].mapMs, 0.0);
     }
     const auto oracle = makeCostModel("oracle");
-    costs.wholeFrame.reset(); // map by map
+    costs.wholeFrameTexels.reset(); // map by map
     oracle->setCosts(costs);
     const FrameResult routed = stage.renderer.render(roomCamera(), *oracle, options);
     for (size_t m = 0; m < costs.maps.size(); ++m)
         EXPECT_EQ(routed.maps[m].route == Route::kRays, costs.maps[m].raysMs < costs.maps[m].mapMs);
     // A whole frame by one method that was faster than this mixture serves all.
     for (const Route route : {Route::kRays, Route::kMap}) {
-        costs.wholeFrame = route;
+        costs.wholeFrameTexels = route == Route::kMap ? 0.0f : INFINITY;
         oracle->setCosts(costs);
         for (const MapRecord& map : stage.renderer.render(roomCamera(), *oracle, options).maps)
             EXPECT_EQ(map.route, route);

@@ -182,14 +182,26 @@ TEST(FrameCosts, AreScaledByOneFactorAMethod) {
     EXPECT_EQ(nothing.maps[0].mapMs, 2.0);
 }
 
-TEST(FrameCosts, OneMethodServesAllMapsWhereItsFrameIsFasterThanThatOfTheCheaperOfEach) {
+TEST(FrameCosts, AThresholdServesAllMapsWhereItsFrameIsFasterThanThatOfTheCheaperOfEach) {
     FrameCosts costs{7, {{0, 0, 1.0, 6.0}, {1, 0, 3.0, 2.0}}};
-    takeWholeFrame(costs, 5.0, 9.0, 4.0);
-    EXPECT_EQ(costs.wholeFrame, std::nullopt);
-    takeWholeFrame(costs, 5.0, 9.0, 6.0);
-    EXPECT_EQ(costs.wholeFrame, Route::kRays);
-    takeWholeFrame(costs, 9.0, 5.0, 6.0);
-    EXPECT_EQ(costs.wholeFrame, Route::kMap);
+    takeWholeFrame(costs, {{INFINITY, 5.0}, {0.0f, 9.0}}, 4.0);
+    EXPECT_EQ(costs.wholeFrameTexels, std::nullopt);
+    takeWholeFrame(costs, {{INFINITY, 5.0}, {0.0f, 9.0}}, 6.0);
+    EXPECT_EQ(costs.wholeFrameTexels, INFINITY);
+    takeWholeFrame(costs, {{INFINITY, 9.0}, {0.0f, 5.0}, {32.0f, 5.5}}, 6.0);
+    EXPECT_EQ(costs.wholeFrameTexels, 0.0f);
+    takeWholeFrame(costs, {{INFINITY, 9.0}, {0.0f, 5.0}, {32.0f, 4.5}, {96.0f, 4.5}}, 6.0);
+    EXPECT_EQ(costs.wholeFrameTexels, 32.0f);
+}
+
+TEST(FrameCosts, ThresholdsBetweenRequestsRouteDifferently) {
+    EXPECT_TRUE(thresholdsBetween({}).empty());
+    EXPECT_TRUE(thresholdsBetween({7, 7, 7}).empty());
+    EXPECT_EQ(thresholdsBetween({9, 2, 9}), std::vector<float>{9}); // traces the 2 alone
+    std::vector<float> many;
+    for (int i = 0; i < 700; ++i)
+        many.push_back(float((i * 331) % 700));
+    EXPECT_EQ(thresholdsBetween(many), (std::vector<float>{100, 200, 300, 400, 500, 600}));
 }
 
 TEST(ServingMs, SumsTheStagesThatRoutesDecide) {

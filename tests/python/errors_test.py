@@ -28,6 +28,10 @@ class Errors(unittest.TestCase):
                 sd.load_asset(broken)
             with self.assertRaisesRegex(sd.InputError, "missing.glb"):
                 sd.load(os.path.join(folder, "missing.glb"))
+            with self.assertRaisesRegex(sd.InputError, "missing.glb"):
+                sd.load(pathlib.Path(folder) / "missing.glb")
+            with self.assertRaisesRegex(TypeError, "must be str or os.PathLike"):
+                sd.load(7)
             with self.assertRaisesRegex(sd.ResourceError, "no directory"):
                 self.scene.voxelize(16).save(os.path.join(folder, "absent", "a.svdag"))
             with self.assertRaisesRegex(sd.UsageError, "use that extension"):
@@ -86,7 +90,8 @@ class Errors(unittest.TestCase):
                 ({"method": "dag", "model": "cost"}, '"model" is for method hybrid'),
                 ({"model": "guess"}, "unknown cost model 'guess'"),
                 ({"taps": [1, 4]}, "a frame takes one value, compare takes a list"),
-                ({"lights": 5}, '"lights" is of the scene'),
+                ({"lights": 5}, '"lights" belongs to the scene'),
+                ({"backend": "cuda"}, '"backend" belongs to the scene'),
                 ({"variant": "PMCD-EB-4SM-u2", "undersample": 2}, "contradict each other"),
                 ({"variant": "nothing"}, "nothing"),
                 ({"camera": "behind"}, "there is no camera of that name"),

@@ -56,9 +56,20 @@ class Models(unittest.TestCase):
             return maps["pages"] > 4
         _, frame = self.routes(model)
         self.assertTrue((seen[0]["pages"] > 0).any())
-        self.assertFalse(seen[0]["triangles"].any() or seen[0]["pairs"].any())
+        self.assertFalse({"triangles", "batches", "pairs", "movers"} & set(seen[0].dtype.names))
         self.assertIn("mine", frame.label)
         self.assertTrue(frame.maps["triangles"].any())  # counted afterwards, for reports
+        with self.assertRaisesRegex(ValueError, "pairs"):  # not a silent zero
+            self.routes(sd.cost_model(counts="pages")(lambda maps: maps["pairs"] > 4))
+
+        @sd.cost_model
+        def plain(maps):
+            return maps["pairs"] > 4
+
+        @sd.cost_model(name="named")
+        def named(maps):
+            return maps["pairs"] > 4
+        self.assertEqual(self.routes(plain)[0], self.routes(named)[0])  # both see all counts
         model.counts = ("texels",)
         with self.assertRaisesRegex(sd.UsageError, "'texels' is not counted; the names are pages, triangles"):
             self.routes(model)

@@ -107,11 +107,17 @@ class Parity(unittest.TestCase):
                     [os.environ["SHADOWDAG_PROGRAM"], "voxelize", SCENE, "-o", path, "--resolution", "128", "--packing",
                      packing, "--json"], capture_output=True, text=True, check=True).stdout)
                 dag = self.scene.voxelize(128)
-                dag.save(own, packing=packing)
+                dag.save(pathlib.Path(own), packing=packing)
                 self.assertEqual(pathlib.Path(own).read_bytes(), pathlib.Path(path).read_bytes())
-                info = sd.load_asset(path).info()
+                info = sd.load_asset(pathlib.Path(path)).info()
                 self.assertEqual(info, {key: wanted[key] for key in info})
                 self.assertEqual(dag.info(), info)
+
+    def test_sizes_and_cameras_may_be_numbers(self):
+        frame = self.scene.frame(size=(64, 36), camera=(0, 3, 6, 0, 1, 0), method="dag")
+        self.assertEqual(frame.size, (64, 36))
+        again = self.scene.frame(size="64x36", camera="0,3,6,0,1,0", method="dag")
+        np.testing.assert_array_equal(frame.visibility, again.visibility)
 
     def test_frames_do_not_depend_on_threads_or_frames_before(self):
         settings = CASES[3] | {"size": SIZE}

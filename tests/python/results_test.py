@@ -83,7 +83,10 @@ pyplot.figure()
     def test_the_programs_compare_is_read(self):
         with tempfile.TemporaryDirectory() as folder:
             output = os.path.join(folder, "report")
-            results = sd.compare(SCENE, output, charts=False, size=SIZE, methods=["dag", "maps"], repeats=1, warmups=0)
+            told = []
+            results = sd.compare(SCENE, output, charts=False, size=SIZE, methods=["dag", "maps"], repeats=1, warmups=0,
+                                 progress=lambda what, share: told.append((what, share)))
+            self.assertTrue(all(what and 0 <= share <= 1 for what, share in told), told)
             with open(os.path.join(output, "results.json"), encoding="utf-8") as file:
                 self.assertEqual(results.data, json.load(file))
             frame = self.scene.frame(method="maps", size=SIZE)

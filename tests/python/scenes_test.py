@@ -72,6 +72,28 @@ class Scenes(unittest.TestCase):
         for intensity in (-1, np.nan, np.inf, (1, 1, -2), 1e300):
             with self.subTest(intensity), self.assertRaisesRegex(sd.UsageError, "lights: row 1 has the intensity"):
                 sd.scene(VERTICES, TRIANGLES, lights=np.concatenate([sd.lights([0, 3, 0]), sd.lights([0, 3, 0], intensity)]))
+        for more, text in (({"range": -5}, "the range -5"), ({"range": np.nan}, "the range"),
+                           ({"kind": "spot", "inner": 0.5, "outer": 0.4}, "cone angles 0.5 and 0.4"),
+                           ({"kind": "spot", "outer": 60}, "cone angles 0 and 60; needed, in radians")):
+            with self.subTest(text), self.assertRaisesRegex(sd.UsageError, "lights: row 0 has " + text):
+                sd.scene(VERTICES, TRIANGLES, lights=sd.lights([0, 3, 0], **more))
+        row = sd.lights([0, 3, 0])
+        for kind in (7, -1, 0.5, np.nan):
+            row[0, 10] = kind
+            with self.subTest(kind), self.assertRaisesRegex(sd.UsageError, "lights: row 0 has the kind"):
+                sd.scene(VERTICES, TRIANGLES, lights=row)
+        for color in ((255, 128, 0), np.nan, -1):
+            with self.subTest(color), self.assertRaisesRegex(sd.UsageError, "color holds"):
+                sd.scene(VERTICES, TRIANGLES, color=color)
+        three = np.zeros((3, 3))
+        for more, text in (({"intensity": [1, 2, 3]}, "one a light, or RGB"), ({"range": [1, 2]}, "range has the shape"),
+                           ({"direction": [0, 1]}, "direction has the shape"), ({"kind": ["spot"] * 2}, "kind has the shape")):
+            with self.subTest(text), self.assertRaisesRegex(sd.UsageError, text):
+                sd.lights(three, **more)
+        self.assertEqual(sd.lights(three, intensity=[[1], [2], [3]])[:, 7].tolist(), [1, 2, 3])
+        self.assertEqual(sd.lights(np.zeros((2, 3)), intensity=[4, 5])[:, 8].tolist(), [4, 5])
+        with self.assertRaisesRegex(sd.UsageError, "position has the shape"):
+            sd.lights([[0, 1]])
         for count in (-2, 100001, 10 ** 9):
             with self.subTest(count), self.assertRaisesRegex(sd.UsageError, "placed_lights .*: must be .* from -1 to 100000"):
                 sd.scene(VERTICES, TRIANGLES, placed_lights=count)

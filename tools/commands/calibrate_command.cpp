@@ -9,6 +9,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/workspace/calibration.h"
 #include "tools/workspace/cost_file.h"
+#include "tools/workspace/scene_setup.h"
 #include "tools/workspace/timing.h"
 #include "tools/workspace/whole_file.h"
 #include "tools/workspace/workspace.h"
@@ -16,13 +17,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <initializer_list>
 #include <iomanip>
 #include <iostream>
 #include <memory>
 #include <sstream>
-#include <system_error>
 
 namespace shadowdag {
 
@@ -221,14 +220,6 @@ std::vector<std::string> optionsOfMeasuring() {
     return options;
 }
 
-/// Returns a path that is the same for names of one file that differ by symbolic links and by "..";
-/// hard links have different ones, as do links that cannot be followed.
-std::filesystem::path placeOf(const std::string& path) {
-    std::error_code error;
-    const std::filesystem::path place = std::filesystem::weakly_canonical(path, error);
-    return error ? std::filesystem::absolute(path) : place; // a pipe of the shell has none
-}
-
 void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     if (!options.from.empty())
@@ -242,11 +233,9 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     for (const std::string& size : parseList("--size", options.sizes))
         sizes.push_back(parseSize("--size", size));
     const int repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
-    for (const std::string& other : {options.observations, options.from})
-        if (!other.empty() && placeOf(other) == placeOf(options.output))
-            throw Error(ErrorKind::kUsage, "-o '" + options.output +
-                                               "' is also the file of the observations; "
-                                               "choose another");
+    refuseSameFile(options.output, {options.observations, options.from});
+    for (const std::vector<std::string>& inputs : {options.scenes, options.common.voxels})
+        refuseSameFile(options.output, inputs);
     checkWritable(options.output);
     if (!options.observations.empty())
         checkWritable(options.observations);

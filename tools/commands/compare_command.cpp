@@ -99,13 +99,13 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
         refuseUnused(e, options.common.voxels.size(), options.experiment, commandLine);
         return e;
     }
+    Json content;
+    Experiment e = readExperiment(options.experiment, &content);
     for (const std::string& option : optionsOfExperiments())
         if (commandLine.given(option))
             throw Error(ErrorKind::kUsage,
                         option + " and --experiment contradict each other: " + options.experiment +
                             " fixes it; edit a copy of the file or drop one");
-    Json content;
-    Experiment e = readExperiment(options.experiment, &content);
     if (!content.contains("believe")) // a default, not a request
         takeGlDefaults(e, options.global.backend, commandLine);
     if (!e.scenes.empty() && !options.scenes.empty())

@@ -32,6 +32,7 @@ void runExport(const ExportOptions& options) {
         throw Error(ErrorKind::kUsage,
                     "'" + options.input +
                         "': assets are .svdag files; shadowdag voxelize builds one from a scene");
+    refuseSameFile(options.output, {options.input});
     checkWritable(options.output);
     const Asset asset = readAsset(options.input);
     const auto start = std::chrono::steady_clock::now();

@@ -84,6 +84,7 @@ void runImport(const ImportOptions& options) {
     if (ending != ".vdb" && ending != ".nvdb")
         throw Error(ErrorKind::kUsage,
                     "'" + options.input + "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files");
+    refuseSameFile(options.output, {options.input});
     checkWritable(options.output);
     const AssetPacking packing = parsePacking(options.packing);
     const auto start = std::chrono::steady_clock::now();

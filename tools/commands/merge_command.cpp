@@ -30,6 +30,7 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
     checkExtension(options.output, {".svdag"}, "assets are .svdag files; use that extension");
+    refuseSameFile(options.output, options.parts);
     checkWritable(options.output);
     BuildLimits limits;
     limits.packing = parsePacking(options.packing);

@@ -152,6 +152,7 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
         guard.emplace(options.output);
         createDirectory(options.output);
     } else {
+        refuseSameFile(options.output, {options.scene});
         checkWritable(options.output);
     }
     const RaySet set = raySetOf(options, commandLine, console);

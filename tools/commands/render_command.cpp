@@ -191,8 +191,12 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const auto fileOf = [&](size_t i) {
         return frameFile(options.output, viewOf(i), experiment.frames[i % frameCount], isNumbered);
     };
-    for (size_t i = 0; i < frameCount * viewCount; ++i)
+    std::vector<std::string> inputs = options.common.voxels;
+    inputs.insert(inputs.end(), {options.scene, options.method.costs});
+    for (size_t i = 0; i < frameCount * viewCount; ++i) {
+        refuseSameFile(fileOf(i), inputs);
         checkWritable(fileOf(i));
+    }
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
     refuseOnGl(experiment, backend, options.method.variant);

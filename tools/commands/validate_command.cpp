@@ -11,6 +11,7 @@
 #include "tools/workspace/single_frame.h"
 
 #include <cstdio>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -137,10 +138,12 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
             ErrorKind::kUsage,
             "--exposure has no effect without -o; give a directory for pictures or drop it");
     std::vector<std::string> directories; // of pictures, by view
+    std::deque<DirectoryGuard> guards;    // the last made is the first to go
     for (uint32_t view = 0; !options.output.empty() && view < experiment.viewCount; ++view) {
         directories.push_back(options.output);
         if (experiment.viewCount > 1)
             directories.back() += "/" + experiment.viewCamera(view);
+        guards.emplace_front(directories.back());
         createDirectory(directories.back());
         refuseForeignMaps(directories.back());
     }

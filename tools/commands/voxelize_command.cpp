@@ -77,6 +77,7 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
                        ? "with --part, the output is an .svpart file, which merge joins to "
                          "an .svdag; use that extension"
                        : "assets are .svdag files; use that extension");
+    refuseSameFile(options.output, {options.scene});
     checkWritable(options.output);
 
     BuildLimits limits;

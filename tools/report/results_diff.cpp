@@ -28,7 +28,7 @@ constexpr const char* kNameKeys[] = {"part",  "scene",   "failure", "row",    "n
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes", "map_costs", "truth_images", "pictures",
                                        "broken", "warnings",  "left_out",     "disagreements"};
-/// Members that are lists of objects; `checks` of a bench is one object.
+/// Members that are lists of objects.
 constexpr const char* kLists[] = {"runs",    "sequence_runs", "cells",   "checks",
                                   "mutants", "mechanisms",    "numeric", "perturbation",
                                   "rates",   "verdicts",      "lights",  "sequence_times"};
@@ -38,6 +38,12 @@ constexpr const char* kOtherKeys[] = {
     "settings",   "what",    "source",     "model",      "camera_numbers", "visibility_histogram",
     "pool_note",  "known",   "provenance", "experiment", "study",          "inputs",
     "harmless",   "is_used", "verdict"};
+
+/// Returns whether a member of one of these lists' names has its type: `checks` of a bench is one
+/// object, and `lights` of some results are those that were asked for.
+bool isListLike(const std::string& key, const Json& value) {
+    return value.is_array() || key == "lights" || (key == "checks" && value.is_object());
+}
 
 bool isListed(const char* const* begin, const char* const* end, const std::string& key) {
     return std::find(begin, end, key) != end;
@@ -103,7 +109,7 @@ void checkQuantity(const Json& object, const std::string& key, const std::string
     checkNumber(object[key], key, where);
     for (const auto& [low, high] : {std::pair("_low", "_high"), std::pair("_min", "_max")}) {
         const std::string ends[] = {key + low, key + high};
-        for (const std::string& end : ends)
+        for (const std::string& end : {ends[0], ends[1], key + "_confidence"})
             if (object.contains(end))
                 checkNumber(object[end], end, where);
         if (object.contains(ends[0]) && object.contains(ends[1]) &&
@@ -165,9 +171,7 @@ public:
         for (const auto& names :
              {std::span<const char* const>(kLists), std::span<const char* const>(kOtherLists)})
             for (const char* list : names)
-                // The lights of some results are those that were asked for, no list.
-                if (results.contains(list) && !results[list].is_structured() &&
-                    std::string_view(list) != "lights")
+                if (results.contains(list) && !isListLike(list, results[list]))
                     throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" is " +
                                                        jsonLine(results[list]) +
                                                        "; it must be a list; measure it again");
@@ -224,11 +228,18 @@ private:
                 isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
                 isBesideAnother(object, key))
                 continue;
+            if ((key == "stages_ms" && !value.is_object()) ||
+                (key == "round_times_ms" && !value.is_array()))
+                throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
+                                                   "; it must be " +
+                                                   (key == "stages_ms" ? "an object" : "a list") +
+                                                   " of times; measure it again");
             if (value.is_object()) {
                 addValues(value, prefix + key + ".", row, isOfTimes || isOfTime(key), where);
                 continue;
             }
-            const bool isListOfTimes = key == "time_ms" && value.is_array() && !value.empty();
+            const bool isListOfTimes =
+                key == "round_times_ms" || (key == "time_ms" && value.is_array() && !value.empty());
             if ((isOfTimes || isQuantity(key)) && !isListOfTimes)
                 checkQuantity(object, key, where);
             if (key == "notices") { // of a fault: which checks noticed it
@@ -236,7 +247,7 @@ private:
             } else if (isListOfTimes) {
                 for (const Json& time : value)
                     checkNumber(time, key, where);
-                if (readsTimes_)
+                if (readsTimes_ && key == "time_ms")
                     row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>())};
             } else if (!value.is_array() && (isOfTimes || isOfTime(key))) {
                 if (const auto interval = intervalBeside(object, key); interval && readsTimes_)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/settings/provenance.h"
 
+#include "hybrid/judge/truth.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/provenance_values.h"
 
@@ -60,6 +61,7 @@ Json buildProvenance(Backend backend) {
                     {"build_type", SDAG_BUILD_TYPE},
                     {"compiler", SDAG_COMPILER},
                     {"flags", SDAG_FLAGS},
+                    {"embree", embreeVersion()},
                     {"backend", backendName(backend)},
                     {"system", systemName()},
                     {"cpu", processorName()},

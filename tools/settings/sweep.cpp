@@ -160,7 +160,11 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     for (const Method* method : methods())
         if (method->needs().routing)
             for (const std::string& model : e.models)
-                addRun(*method, model, 0, base);
+                for (const FrameStart start : e.start) { // each has costs of its own
+                    FrameOptions frame = base;
+                    frame.start = start;
+                    addRun(*method, model, 0, frame);
+                }
     return runs;
 }
 

@@ -148,14 +148,14 @@ std::string oneValueRemark(const Experiment& e, const std::vector<RunParameters>
         list += (list.empty() ? "" : ", ") + text;
     };
     for (const Setting* setting : frameSettings())
-        if (setting->texts(e).size() > 1)
+        if (setting->texts(e).size() > 1 && setting->option != "--start")
             add(values, setting->option + " " + setting->texts(e)[0]);
     if (e.resolutionLog2.size() > 1)
         add(values, "--resolution " + std::to_string(1u << e.resolutionLog2[0]));
     for (const std::string& model : e.models)
         if (std::count_if(runs.begin(), runs.end(), [&](const RunParameters& run) {
                 return run.isRouted() && run.model == model;
-            }) == 1)
+            }) == ptrdiff_t(e.start.size()))
             add(models, model);
     if (models.empty() || values.empty())
         return "";

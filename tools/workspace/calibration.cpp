@@ -20,7 +20,7 @@ CalibrationFrame measureCalibrationFrame(FrameRenderer& renderer, const Camera& 
     CalibrationFrame result;
     renderer.reset();
     FrameCosts costs = renderer.measureCosts(camera, options, repeats);
-    costs.wholeFrame.reset(); // the model predicts maps
+    costs.wholeFrameTexels.reset(); // the model predicts maps
     const auto render = [&](const CostModel& model) {
         checkInterrupted();
         return renderFrom(renderer, camera, model, options);

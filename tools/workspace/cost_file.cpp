@@ -80,7 +80,7 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
             costs.degradeDivisor =
                 entry.contains("degrade_divisor") ? amount(entry, "degrade_divisor", path) : 1;
             if (entry.contains("whole_frame"))
-                costs.wholeFrame = routeNamed(entry["whole_frame"], path);
+                costs.wholeFrameTexels = wholeFrameFromJson(entry["whole_frame"], path);
             std::tuple<int64_t, uint32_t> last{-1, 0};
             for (const Json& map : entry.at("maps")) {
                 const MapCost cost{
@@ -177,12 +177,23 @@ const char* routeName(Route route) {
     return route == Route::kRays ? "rays" : "map";
 }
 
-Route routeNamed(const Json& name, const std::string& where) {
-    for (const Route route : {Route::kRays, Route::kMap})
-        if (name == routeName(route))
-            return route;
-    throw Error(ErrorKind::kInput, where + ": \"whole_frame\" is " + jsonLine(name) +
-                                       "; it must be \"rays\" or \"map\": measure again");
+Json wholeFrameJson(float texels) {
+    if (texels == 0.0f || std::isinf(texels))
+        return routeName(texels == 0.0f ? Route::kMap : Route::kRays);
+    return texels;
+}
+
+float wholeFrameFromJson(const Json& json, const std::string& where) {
+    if (json == routeName(Route::kMap))
+        return 0.0f;
+    if (json == routeName(Route::kRays))
+        return std::numeric_limits<float>::infinity();
+    if (json.is_number() && json.get<double>() > 0 &&
+        json.get<double>() <= double(std::numeric_limits<float>::max()))
+        return json.get<float>();
+    throw Error(ErrorKind::kInput,
+                where + ": \"whole_frame\" is " + jsonLine(json) +
+                    "; it must be \"rays\", \"map\" or a threshold in texels: measure again");
 }
 
 Json toJson(const CostTable& costs) {
@@ -200,8 +211,8 @@ Json toJson(const CostTable& costs) {
                       {"rays_scale", frameCosts.raysScale},
                       {"maps_scale", frameCosts.mapsScale},
                       {"degrade_divisor", frameCosts.degradeDivisor}};
-        if (frameCosts.wholeFrame)
-            entry["whole_frame"] = routeName(*frameCosts.wholeFrame);
+        if (frameCosts.wholeFrameTexels)
+            entry["whole_frame"] = wholeFrameJson(*frameCosts.wholeFrameTexels);
         entry["maps"] = std::move(maps);
         if (!frameCosts.of.is_null())
             entry["of"] = frameCosts.of;
@@ -255,13 +266,14 @@ std::string otherConditions(const TableCosts& costs, const std::string& path, co
 }
 
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
-                            const Json& here, bool allowStale, const Console& console) {
+                            const Json& here, bool allowStale, const Console& console,
+                            const char* permit) {
     const TableCosts& found = findCosts(costs, path, key);
     const std::string text = otherConditions(found, path, key, here);
     if (text.empty())
         return found;
     if (!allowStale)
-        throw Error(ErrorKind::kInput, text + "; measure them again, or pass --allow-stale");
+        throw Error(ErrorKind::kInput, text + "; measure them again, or " + permit);
     console.note("warning: " + text + "; used nevertheless");
     return found;
 }

@@ -49,11 +49,14 @@ Json costConditions(const LoadedScene& scene, const Camera& camera, const Experi
 
 /// Returns the name of a route in files: "rays" or "map".
 const char* routeName(Route route);
-/// Returns the route of such a name. Throws Error kInput naming `where` for another.
-Route routeNamed(const Json& name, const std::string& where);
+/// Returns FrameCosts::wholeFrameTexels as files have it: the name of one method's route, or a
+/// number.
+Json wholeFrameJson(float texels);
+/// Returns the threshold of such a value. Throws Error kInput naming `where` for another.
+float wholeFrameFromJson(const Json& json, const std::string& where);
 
 /// Returns {"costs": [{"scene", "frame", "start" ("cold" or "warm"; absent: cold), "rays_scale",
-/// "maps_scale", "degrade_divisor", "whole_frame" (FrameCosts::wholeFrame; may be absent), "maps":
+/// "maps_scale", "degrade_divisor", "whole_frame" (wholeFrameJson; may be absent), "maps":
 /// [{"light", "octave", "rays_ms", "map_ms"}], "of" (costConditions; may be absent)}]}.
 Json toJson(const CostTable& costs);
 /// Returns the same with the measurement's "provenance" and "experiment".
@@ -70,9 +73,10 @@ const TableCosts& findCosts(const CostTable& costs, const std::string& path, con
 std::string otherConditions(const TableCosts& costs, const std::string& path, const CostKey& key,
                             const Json& here);
 /// Returns the costs of a frame to replay. Throws Error kInput also for otherConditions; if
-/// `allowStale`, those are a warning.
+/// `allowStale`, those are a warning. @param permit what the user does to allow them, for messages
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
-                            const Json& here, bool allowStale, const Console& console);
+                            const Json& here, bool allowStale, const Console& console,
+                            const char* permit = "pass --allow-stale");
 /// Throws Error kInput naming the file when it has no costs of one of the scenes or frames; call it
 /// before long work. @param scenes names, with the camera if there are several views
 void requireCosts(const CostTable& costs, const std::string& path,

@@ -168,7 +168,7 @@ private:
             costs.mapsScale = map.value("maps_scale", 1.0);
             costs.degradeDivisor = map.value("degrade_divisor", 1.0);
             if (map.contains("whole_frame"))
-                costs.wholeFrame = routeNamed(map["whole_frame"], "the journal");
+                costs.wholeFrameTexels = wholeFrameFromJson(map["whole_frame"], "the journal");
             out.mapCosts.push_back(map);
         }
     }
@@ -191,8 +191,8 @@ private:
                     entry["maps_scale"] = costs.mapsScale;
                     if (costs.degradeDivisor > 1)
                         entry["degrade_divisor"] = costs.degradeDivisor;
-                    if (costs.wholeFrame)
-                        entry["whole_frame"] = routeName(*costs.wholeFrame);
+                    if (costs.wholeFrameTexels)
+                        entry["whole_frame"] = wholeFrameJson(*costs.wholeFrameTexels);
                     list.push_back(std::move(entry));
                 }
         return list;

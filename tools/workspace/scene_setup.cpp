@@ -336,6 +336,19 @@ void checkWritable(const std::string& path) {
     OutputFile{path}; // where the rights allow it, the file system may not; removed again
 }
 
+void refuseSameFile(const std::string& output, const std::vector<std::string>& others) {
+    const auto placeOf = [](const std::string& path) {
+        std::error_code error;
+        const fs::path place = fs::weakly_canonical(path, error);
+        return error ? fs::absolute(path) : place; // a pipe of the shell has none
+    };
+    for (const std::string& other : others)
+        if (!other.empty() && placeOf(other) == placeOf(output))
+            throw Error(ErrorKind::kUsage,
+                        "-o '" + output + "': is also the file of another argument" +
+                            (other == output ? "" : ", '" + other + "'") + "; choose another name");
+}
+
 void checkExtension(const std::string& path, const std::vector<std::string>& extensions,
                     const std::string& kinds) {
     static_cast<void>(outputTarget(path));

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <string>
 
 namespace shadowdag::test {
 namespace {
@@ -164,6 +166,41 @@ TEST(GBuffer, ASharedEdgeThroughPixelCentresLeavesNoCrack) {
     const GBuffer gbuffer = drawSoup(soup, view);
     for (size_t i = 0; i < gbuffer.triangle.size(); ++i)
         EXPECT_NE(gbuffer.triangle.at(i), kBackground) << i % 63 << " " << i / 63;
+}
+
+// The middle row of an odd picture looks along them: their depth is a quotient of rounding errors.
+TEST(GBuffer, SamplesOfPlanesThroughTheEyeLieWhereTheyAreSeen) {
+    constexpr uint64_t kSeed = 20261126;
+    RecordProperty("seed", std::to_string(kSeed));
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<float> across(-8.0f, 8.0f), ahead(-40.0f, -0.5f),
+        tiny(-1.0f, 1.0f);
+    size_t seenCount = 0;
+    for (int run = 0; run < 200; ++run) {
+        SCOPED_TRACE(run);
+        TriangleSoup soup;
+        const float size = std::exp2(-20.0f - float(run % 130));
+        const auto point = [&] {
+            const float x = across(random), y = size * tiny(random);
+            return glm::vec3(x, y, ahead(random));
+        };
+        for (int i = 0; i < 30; ++i) {
+            const glm::vec3 a = point(), b = point();
+            soup.add(a, b, point());
+        }
+        const ViewRays view = makeViewRays(frontCamera(), 97, 61);
+        const GBuffer gbuffer = drawSoup(soup, view);
+        const GBufferView seen = gbuffer.view();
+        for (size_t i = 0; i < seen.triangle.count; ++i) {
+            if (seen.triangle[i] == kBackground)
+                continue;
+            ++seenCount;
+            const double depth =
+                glm::dot(glm::dvec3(seen.positionWorld[i]) - view.origin, view.forward);
+            EXPECT_NEAR(depth, seen.depthView[i], 1e-5 * seen.depthView[i]);
+        }
+    }
+    EXPECT_GT(seenCount, 1000u);
 }
 
 TEST(GBuffer, DegenerateTrianglesAreNeverVisible) {

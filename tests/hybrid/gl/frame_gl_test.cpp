@@ -393,6 +393,9 @@ TEST(GlOptions, RaysThatBelieveSomeVoxelsOnlyAreRefused) {
     EXPECT_EQ(unfollowedByGl(options), "");
     options.rays.believe = 2.0f;
     EXPECT_THAT(unfollowedByGl(options), HasSubstr("--believe all"));
+    options = {};
+    options.pruning = PairPruning::kLit; // the proofs are of the wide DAG, which it does not build
+    EXPECT_THAT(unfollowedByGl(options), HasSubstr("proofs of light"));
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "hybrid/judge/explain.h"
 #include "hybrid/judge/smooth_patch.h"
 
+#include "tests/hybrid/fail_stage.h"
 #include "tests/hybrid/hand_frame.h"
 
 #include <gmock/gmock.h>
@@ -15,6 +16,9 @@
 namespace shadowdag {
 namespace {
 
+using test::failFrame;
+using test::FailStage;
+using test::hallWithScreen;
 using test::HandFrame;
 using test::MapFrame;
 using test::TriangleSoup;
@@ -171,6 +175,46 @@ TEST(Error, PairsNearAnOutlineHaveANeighbourOfTheOtherTruth) {
     }
     EXPECT_FALSE(isNearOutline(gbuffer, pairs, truth, 0, pairOf(pairs, 0, 9)));
     EXPECT_EQ(pairOf(pairs, 3, 9), pairs.count());
+}
+
+/// Returns the null rate near outlines of a frame by a model, of many samples.
+double outlineNullRate(FailStage& stage, const std::string& model) {
+    FrameOptions options = failFrame();
+    options.rays.believe = 0.0f;
+    const FrameResult frame =
+        stage.renderer->render(stage.world.cameras().at(0), *makeCostModel(model), options);
+    const std::vector<uint8_t> truth =
+        stage.truth->visibility(stage.renderer->gbuffer(), stage.world.lights(), frame.pairs);
+    ErrorOptions judging;
+    judging.nullSampleCount = 8000;
+    judging.rays = options.rays;
+    judging.bias = options.bias;
+    const ErrorReport report =
+        computeError(*stage.renderer, frame, stage.world, *stage.truth, truth, judging);
+    EXPECT_GT(report.total.falseShadowCount + report.total.falseLightCount, 20u) << model;
+    EXPECT_EQ(report.outlineNullSampleCount, 2000u) << model;
+    return report.outlineNullRate;
+}
+
+// A light by exact rays has no errors, and nothing that could be explained: it must not dilute the
+// rate of the light by a map.
+TEST(Error, TheNullRateOfAHybridIsThatOfTheMethodsOfItsWrongPairs) {
+    FailScene both = hallWithScreen();
+    both.boxes.pop_back(); // the plate
+    both.lights.erase(both.lights.begin() + 1);
+    FailStage stage(both, 7);
+    const FrameResult drawn = stage.renderer->render(stage.world.cameras().at(0),
+                                                     *makeCostModel("texels:0"), failFrame());
+    ASSERT_EQ(drawn.maps.size(), 2u);
+    const float a = drawn.maps[0].quantities.texels, b = drawn.maps[1].quantities.texels;
+    ASSERT_NE(a, b);
+    FailScene alone = both;
+    alone.lights = {both.lights[drawn.maps[a > b ? 0 : 1].quantities.light]};
+    FailStage mapped(alone, 7);
+    const double ofHybrid = outlineNullRate(stage, "texels:" + std::to_string((a + b) / 2)),
+                 ofMap = outlineNullRate(mapped, "texels:0");
+    EXPECT_GT(ofMap, 0.1);
+    EXPECT_NEAR(ofHybrid, ofMap, 0.05);
 }
 
 // Right answers only: of the pairs near the outline the shifts flip all, of all pairs few.

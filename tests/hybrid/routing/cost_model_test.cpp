@@ -114,12 +114,15 @@ TEST(OracleModel, ReplaysTheCheaperMethodOfEveryMap) {
         {3, {{20, 0, 1.0, 2.0}, {0, 0, 2.0, 1.0}, {10, 0, 1.5, 1.5}, {99, 0, 0.0, 9.0}}});
     EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kMap, kMap, kRays}));
     FrameCosts whole{3, {{0, 0, 2.0, 1.0}, {10, 0, 1.0, 2.0}, {20, 0, 1.0, 1.0}}};
-    whole.wholeFrame = Route::kRays;
+    whole.wholeFrameTexels = std::numeric_limits<float>::infinity();
     model->setCosts(whole);
     EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kRays, kRays, kRays}));
-    whole.wholeFrame = Route::kMap;
+    whole.wholeFrameTexels = 0.0f;
     model->setCosts(whole);
     EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kMap, kMap, kMap}));
+    whole.wholeFrameTexels = 5.0f; // as texels:5
+    model->setCosts(whole);
+    EXPECT_EQ(model->route(mapsOf({9, 1, 5})), (Routes{kMap, kRays, kMap}));
     model->setCosts({4, {{0, 0, 1.0, 2.0}}});
     EXPECT_EQ(model->route(mapsOf({1})), Routes{kRays});
     try {

@@ -143,8 +143,8 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
     EXPECT_LT(result.err.find(verdict), result.err.find("false shadow "));
     EXPECT_THAT(page, HasSubstr(escapedHtml(verdict)));
     EXPECT_LT(page.find(escapedHtml(verdict)), page.find("class=\"lead\""));
-    for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend", "device",
-                            "driver", "experiment_hash", "seed", "thread_count"})
+    for (const char* key : {"commit", "preset", "compiler", "flags", "embree", "cpu", "backend",
+                            "device", "driver", "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
     EXPECT_EQ(results["scenes"][0]["scene_hash"].get<std::string>().size(), 32u);
     const Json& lights = results["truth_images"][0]["lights"]; // of 65, those in the picture

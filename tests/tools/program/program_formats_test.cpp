@@ -29,9 +29,8 @@ TEST(ProgramFormats, TheReaderOfTheDocumentReadsAnAsset) {
         const Json info = result.json();
         std::string said;
         ASSERT_EQ(runProgram({"/usr/bin/python3", directory / "read.py", asset}, &said), 0) << said;
-        EXPECT_EQ(said,
-                  std::string(resolution) + " " +
-                      std::to_string(info["voxel_count"].get<uint64_t>()) + "\n");
+        EXPECT_EQ(said, std::string(resolution) + " " +
+                            std::to_string(info["voxel_count"].get<uint64_t>()) + "\n");
     }
 }
 

@@ -765,6 +765,45 @@ TEST(Program, ValidateReplacesOnlyItsOwnPictures) {
     }
 }
 
+TEST(Program, NoCommandReplacesAFileThatItReads) {
+    const TemporaryDirectory directory;
+    const std::string asset = directory / "a.svdag", part = directory / "b.svdag",
+                      picture = directory / "s.png";
+    ASSERT_EQ(
+        runShadowdag(directory, {"voxelize", kScene, "--resolution", "64", "-o", asset}).status, 0);
+    ASSERT_EQ(runShadowdag(directory, {"voxelize", kScene, "--resolution", "64", "-o",
+                                       directory / "b.svpart", "--part", "1/1"})
+                  .status,
+              0);
+    ASSERT_EQ(runShadowdag(directory, {"scene", "fail-acne", "-o", directory / "s.glb"}).status, 0);
+    std::filesystem::rename(directory / "b.svpart", part);
+    std::filesystem::rename(directory / "s.glb", picture);
+    std::filesystem::create_symlink(picture, directory / "link.png");
+    const std::string voxels = directory / "v.png";
+    std::filesystem::copy_file(asset, voxels);
+    for (const Arguments& command :
+         {Arguments{"merge", part, "-o", part},
+          Arguments{"merge", part, "-o", directory / "./b.svdag"},
+          Arguments{"render", picture, "-o", picture},
+          Arguments{"render", picture, "-o", directory / "link.png"},
+          Arguments{"render", kScene, "-o", voxels, "--voxels", voxels}}) {
+        const std::string before = readText(part) + readText(picture) + readText(voxels);
+        expectRefused(directory, {{command, 1, "is also the file of another argument"}});
+        EXPECT_EQ(readText(part) + readText(picture) + readText(voxels), before);
+    }
+}
+
+TEST(Program, AFailedValidateLeavesNoFolder) {
+    const TemporaryDirectory directory;
+    for (const char* camera : {"0,900,0,0,901,0", "elsewhere"}) {
+        EXPECT_NE(runShadowdag(directory, {"validate", kScene, "--size", "32x18", "--camera",
+                                           camera, "-o", directory / "new/folder"})
+                      .status,
+                  0);
+        EXPECT_FALSE(std::filesystem::exists(directory / "new")) << camera;
+    }
+}
+
 TEST(Program, EachOfSeveralViewsIsRenderedAndValidated) {
     const TemporaryDirectory directory;
     const Arguments views = {"--views", "2", "--method", "maps", "--size", "64x36", "--json"};

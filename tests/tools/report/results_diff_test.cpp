@@ -204,7 +204,18 @@ TEST(ResultsDiff, ValuesOfAnotherTypeOrRangeAreRefusedWithTheirPlace) {
         }
     EXPECT_THAT(refusalAfter("/runs/1/time_ms", 1e9), HasSubstr("outside its interval"));
     EXPECT_THAT(refusalAfter("/runs/1/stages_ms/shading", "1"), HasSubstr("\"shading\" is \"1\""));
+    for (const Json& value : {Json(7), Json("x"), Json::array({1}), Json()})
+        EXPECT_THAT(refusalAfter("/runs/1/stages_ms", value), HasSubstr("must be an object"));
+    for (const Json& value : {Json(7), Json("x"), Json::object(), Json()})
+        EXPECT_THAT(refusalAfter("/runs/1/round_times_ms", value), HasSubstr("must be a list"));
+    for (const Json& value : {Json("x"), Json(-5)})
+        EXPECT_THAT(refusalAfter("/runs/1/round_times_ms", Json::array({value})),
+                    HasSubstr("\"round_times_ms\" is " + value.dump()));
+    EXPECT_THAT(refusalAfter("/runs/1/time_ms_confidence", "x"),
+                HasSubstr("\"time_ms_confidence\" is \"x\""));
     for (const char* list : {"runs", "map_costs", "scenes", "sequence_runs"}) {
+        EXPECT_THAT(refusalAfter(std::string("/") + list, Json::object()),
+                    HasSubstr("it must be a list"));
         EXPECT_THAT(refusalAfter(std::string("/") + list, 7),
                     HasSubstr(std::string("b.json: \"") + list + "\" is 7; it must be a list"));
     }

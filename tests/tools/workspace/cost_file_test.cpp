@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <utility>
 
 namespace shadowdag {
@@ -16,7 +17,7 @@ TEST(CostFile, RoundTripsExactly) {
     CostTable table;
     table[{"a", 3}] = FrameCosts{3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
     table[{"a", 3}].degradeDivisor = 1.4142135;
-    table[{"a", 3}].wholeFrame = Route::kMap;
+    table[{"a", 3}].wholeFrameTexels = 0.0f;
     table[{"a", 3, FrameStart::kWarm}] = FrameCosts{3, {{1, 0, 0.1, 0.5}}};
     writeText(directory / "c.json", jsonText(toJson(table)));
     const CostTable back = readCosts(directory / "c.json");
@@ -27,10 +28,18 @@ TEST(CostFile, RoundTripsExactly) {
     EXPECT_EQ(costs.maps[1].raysMs, 1.0 / 3.0);
     EXPECT_EQ(costs.maps[0].mapMs, 2.5);
     EXPECT_EQ(costs.degradeDivisor, 1.4142135);
-    EXPECT_EQ(costs.wholeFrame, Route::kMap);
+    EXPECT_EQ(costs.wholeFrameTexels, 0.0f);
     EXPECT_EQ(findCosts(back, "c.json", {"a", 3, FrameStart::kWarm}).maps[0].mapMs, 0.5);
     EXPECT_THROW(findCosts(back, "c.json", {"a", 4}), Error);
     EXPECT_THROW(findCosts(back, "c.json", {"b", 3}), Error);
+}
+
+TEST(CostFile, WholeFramesAreOfOneMethodOrAThreshold) {
+    for (const float texels : {0.0f, 96.25f, std::numeric_limits<float>::infinity()})
+        EXPECT_EQ(wholeFrameFromJson(wholeFrameJson(texels), ""), texels);
+    EXPECT_EQ(wholeFrameJson(0.0f), "map");
+    for (const Json& other : {Json("maps"), Json(-1), Json(0), Json(1e39), Json(), Json::array()})
+        EXPECT_THROW(wholeFrameFromJson(other, "c.json"), Error) << other;
 }
 
 TEST(CostFile, OneLightMayHaveSeveralMaps) {

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables of docs/adjudicator.md from the results of `shadowdag study adjudication`.
 
-    adjudicated docs/adjudicator.md tests/bench/results/adjudication.json [--name REAL] [--check]
+    adjudicated docs/adjudicator.md tests/bench/results/adjudication.json [--name REAL] [--beside OTHER.json] [--check]
 
+--beside: results of the same study by a program with another version of Embree, whose scores stand in a table of their own.
 The marker lines are `adjudication:begin` and `adjudication:end`, with --name `adjudication-REAL:begin` and so on: a
 document may hold the tables of several results. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
@@ -74,15 +75,38 @@ def rows_of(headings, rows):
             *("| " + " | ".join(cells) + " |" for cells in rows)]
 
 
+def version_rows(results, other):
+    """Returns the cells of each tracer: its wrong answers by either version of Embree, false shadow and false light."""
+    scores = [{row[0]: row for row in score_rows(of)} for of in (results, other)]
+    return [(tracer, *(f"{row[4]} ({row[2]}, {row[3]})" if row else "–" for row in (of.get(tracer) for of in scores)))
+            for tracer in scores[0]]
+
+
+def version_text(results, other):
+    """Returns what is said of two programs that were asked about the same scenes."""
+    keys = ("scene", "pair_count", "lit_count", "dark_count", "ambiguous_count")
+    mine, theirs = ({v["scene"]: tuple(v[key] for key in keys) for v in of["verdicts"]} for of in (results, other))
+    different = [scene for scene in mine if mine[scene] != theirs.get(scene)]
+    return ("The same study by a program with Embree {embree} ({system}, {compiler}, commit {commit}): ".format(**other["provenance"]) +
+            (f"its verdicts differ in {', '.join(different)}." if different else "its verdicts are the same in every scene."))
+
+
 def command_of(name):
     return f"shadowdag study adjudication_{name} FOLDER" if name else "shadowdag study adjudication"
 
 
-def table(results, name=""):
-    """Returns everything between the markers."""
+def table(results, name="", other=None):
+    """Returns everything between the markers.
+
+    other: results of another version of Embree, or None
+    """
     provenance, disputes = results["provenance"], dispute_rows(results)
     lines = ["", summary(results) + " `{} -o adjudication` (preset {preset}, {compiler}).".format(command_of(name), **provenance),
-             "", *rows_of(SCORES, score_rows(results)), "", dispute_text(results)]
+             "", *rows_of(SCORES, score_rows(results))]
+    if other:
+        versions = (f"Embree {of['provenance']['embree']}: wrong (false shadow, false light)" for of in (results, other))
+        lines += ["", version_text(results, other), "", *rows_of(("Tracer", *versions), version_rows(results, other))]
+    lines += ["", dispute_text(results)]
     lines += ["", *rows_of(DISPUTES, disputes)] if disputes else []
     lines += ["", *rows_of(VERDICTS, verdict_rows(results))]
     return "\n".join(lines) + "\n"
@@ -92,13 +116,15 @@ def declare(parser):
     parser.add_argument("document", help="the file that holds the marker lines")
     parser.add_argument("results", help="the results of the study")
     parser.add_argument("--name", default="", help="of the marker lines and the study, for others than the program's scenes")
+    parser.add_argument("--beside", help="results of the same study by a program with another version of Embree")
     parser.add_argument("--check", action="store_true", help="write nothing; only compare")
 
 
 def run(arguments):
     results = read_json(arguments.results)
+    other = read_json(arguments.beside) if arguments.beside else None
     with expecting(arguments.results, "a result of study adjudication"):
-        text = table(results, arguments.name)
+        text = table(results, arguments.name, other)
     marker = "adjudication" + (f"-{arguments.name}" if arguments.name else "")
     replace_marked(arguments.document, (f"<!-- {marker}:begin -->", f"<!-- {marker}:end -->"), text, arguments.check,
                    f"the tables of {arguments.results}; write them with the command adjudicated")

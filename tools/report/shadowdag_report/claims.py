@@ -12,7 +12,7 @@ when it differs from the generated text.
 import pathlib
 import re
 
-from .explained import explained_share, null_rate, null_text, share_text, unexplained_count, wrong_count
+from .explained import explained_text, null_rate, null_text, share_text, unexplained_count, wrong_count
 from .files import expecting, read_json, replace_marked
 from .intervals import interval_text
 
@@ -50,7 +50,7 @@ def compare_table(path, command):
                 interval_text(run, "time_over_embree", 2) if "time_over_embree" in run else "–",
                 100.0 * run["false_shadow_count"] / pairs, 100.0 * run["false_light_count"] / pairs,
                 run["mean_abs_visibility_error"], run.get("magnified_count", "–"), unexplained_count(run),
-                share_text(explained_share(run)), null_text(run), run["acne_count"],
+                explained_text(run), null_text(run), run["acne_count"],
                 "–" if run["method"] == "embree" and not run.get("exact_bytes") else  # the truth, in older results
                 f'{(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20:.1f}'))
     return lines
@@ -99,7 +99,8 @@ def overview_table(paths):
     exact = [run for result in results for run in result["runs"] if run["label"] == "dag believe none"]
     lines = ["", "**{} scenes at {}, every method over Embree's frame in the same rounds** ({}): {}. *Warm*: the frame after one of "
              "the same view, whose maps are kept. *Explained*: the share of wrong pairs that the method's resolution explains; in brackets the "
-             "null rate, the share of right pairs near outlines that would be explained as well. Exact rays have {} wrong pairs of {:,}.{}".format(
+             "null rate, the share of right pairs near outlines that would be explained as well (of a hybrid: of pairs by the methods of wrong pairs); *no power*: it is over half, or not below the "
+             "explained share. Exact rays have {} wrong pairs of {:,}.{}".format(
                  len({run["scene"] for run in exact}), results[0]["experiment"]["size"].replace("x", " x "),
                  machine_of(results[0]["provenance"]),
                  " and, of scenes without lights, ".join(f"`compare --experiment scenes/experiments/{path.stem}.json`" for path in paths),
@@ -116,7 +117,7 @@ def overview_table(paths):
             lines.append("| {} | {} | {} | {} | {} |".format(
                 scene_stem(scene), interval_text(runs["embree"]),
                 " | ".join(interval_text(runs[label], "time_over_embree", 2) for _, label in OVERVIEW), ", ".join(wrong),
-                " | ".join(f"{share_text(explained_share(runs[label]))} ({share_text(null_rate(runs[label]))})"
+                " | ".join(f"{explained_text(runs[label])} ({share_text(null_rate(runs[label]))})"
                            for _, label in EXPLAINED_OF)))
     return lines
 
@@ -184,8 +185,23 @@ def validate_table(paths):
             scene, method.replace("dag-", "dag believe "), pairs,
             100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs, result.get("magnified_count", "–"),
             unexplained_count(result), result["settled_false_shadow_count"] + result.get("settled_false_light_count", 0),
-            share_text(explained_share(result)), null_text(result), result["acne_count"], result["contact_count"]))
+            explained_text(result), null_text(result), result["acne_count"], result["contact_count"]))
     return lines
+
+
+def provenance_table(folder):
+    """Returns which files are of which commit and processor, the newest kinds of provenance last."""
+    files = {}
+    for path in sorted(folder.glob("*.json")):
+        result = read_json(path)
+        provenance = result.get("provenance") if isinstance(result, dict) else None
+        of = provenance if isinstance(provenance, dict) else result if isinstance(result, dict) else {}
+        device = of.get("device")
+        device = ", ".join(map(str, device.values())) if isinstance(device, dict) else device
+        key = (of.get("commit") or "not recorded", of.get("cpu") or device or "not recorded")
+        files.setdefault(key, []).append(path.stem)
+    return ["", "**Where each result file is from.**", "", "| commit | processor | files |", "|---|---|---|",
+            *("| {} | {} | {} |".format(*key, ", ".join(names)) for key, names in sorted(files.items(), key=lambda row: row[1]))]
 
 
 def claims(folder):
@@ -202,6 +218,7 @@ def claims(folder):
         lines += validate_table(validations)
     for path in sorted(folder.glob("bench-voxel-*.json")):
         lines += bench_table(path)
+    lines += provenance_table(folder)
     return "\n".join(lines) + "\n"
 
 

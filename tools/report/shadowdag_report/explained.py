@@ -31,6 +31,13 @@ def share_text(value):
     return "–" if value is None else f"{100 * value:.1f} %"
 
 
+def explained_text(row):
+    """Returns the explained share, and whether explaining has no power: it would excuse half of the right pairs near outlines, or
+    as large a share of them as of the wrong ones."""
+    share, null = explained_share(row), null_rate(row)
+    return share_text(share) + (", no power" if share is not None and null is not None and (null > 0.5 or share <= null) else "")
+
+
 def null_text(row):
     """Returns the null rate near outlines and, in brackets, of all right pairs: "81.0 % (12.3 %)"."""
     return f"{share_text(null_rate(row))} ({share_text(row.get('null_rate'))})"

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Error against time over the level of detail of rays."""
-import numpy as np
-
+"""Time and error over the level of detail of rays."""
 from ..series import rays_alone
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, place_labels, plt, slug
+from ..style import BLACK, BLUE, COLUMN, GREY, PURPLE, SKY, VERMILION, plt, slug
 from .runs import bars_sentence, time_bars
 
 
@@ -18,86 +16,57 @@ def lod_of(run):
     return "fixed", float(value), None
 
 
+def row_name(run):
+    """Returns the text of a run's row."""
+    rule, size, share = lod_of(run)
+    if rule == "fixed":
+        return f"level {size:g}"
+    return f"footprint × {size:g}" + (f", {100 * share:g} % covered" if rule == "coverage" else "")
+
+
 def lod_chart(charts, scene, runs):
-    """Error against time of method dag where an experiment sweeps the level of detail."""
+    """Time and error of method dag, a row a level of detail, where an experiment sweeps it."""
     rays = rays_alone(runs, "all")
     if len({str(r["parameters"].get("lod", 0)) for r in rays}) < 2:
         return
     first = next((r for r in rays if lod_of(r)[:2] == ("fixed", 0.0)), rays[0])
-    same = ("resolution", "offset")  # one series of each kind: those of the first resolution and offset
+    same = ("resolution", "offset")  # one series: that of the first resolution and offset
     rays = [r for r in rays if all(r["parameters"].get(k) == first["parameters"].get(k) for k in same)]
     wrong = lambda run: run["false_shadow"] + run["false_light"]
-    groups = {}
-    for run in rays:
-        rule, size, share = lod_of(run)
-        if rule == "coverage":  # shares at scale 1 are one series, scales at a share another
-            if size == 1.0:
-                groups.setdefault(("coverage", "share"), []).append((share, run))
-            else:
-                groups.setdefault(("coverage", share), []).append((size, run))
-        else:
-            groups.setdefault((rule, None), []).append((size, run))
-    for key, members in groups.items():
-        if key[0] == "coverage" and key[1] != "share":
-            members += [(1.0, r) for r in rays if lod_of(r) == ("coverage", 1.0, key[1])]
-        members.sort(key=lambda m: m[0])
-    figure, (over_time, sides) = plt.subplots(1, 2, figsize=(2 * COLUMN, 2.6), gridspec_kw={"width_ratios": [1.15, 1]})
-    styles = {("fixed", None): (BLACK, "o", "-", "fixed level"),
-              ("footprint", None): (BLUE, "s", "--", "footprint × scale")}
-    spare = [(VERMILION, "^", "-."), (PURPLE, "D", ":"), (GREEN, "v", "-.")]
-    ordered = sorted(groups, key=lambda k: (["fixed", "footprint", "coverage"].index(k[0]), str(k[1]) != "share"))
-    for i, key in enumerate(k for k in ordered if k[0] == "coverage"):
-        name = "coverage ≥ share" if key[1] == "share" else f"coverage ≥ {key[1]:g}, footprint × scale"
-        styles[key] = spare[i % len(spare)] + (name,)
-    in_time, in_sides = [], []  # labels of points: placed after all points
-    for key in ordered:
-        color, marker, line, name = styles[key]
-        xs, ys = [m[1]["time_ms"] for m in groups[key]], [wrong(m[1]) for m in groups[key]]
-        over_time.plot(xs, ys, color=color, marker=marker, linestyle=line, linewidth=0.9, label=name,
-                       markeredgecolor="white", markeredgewidth=0.4, markersize=4.6)
-        time_bars(over_time, [m[1] for m in groups[key]], ys, color)
-        sides.plot([m[1]["false_shadow"] for m in groups[key]], [m[1]["false_light"] for m in groups[key]],
-                   color=color, marker=marker, linestyle=line, linewidth=0.9, markeredgecolor="white",
-                   markeredgewidth=0.4, markersize=4.6)
-        for size, run in groups[key]:
-            text = f"{size:g}" if key[0] == "fixed" else f"×{size:g}" if key[1] != "share" else f"{100 * size:g} %"
-            if key[1] not in (None, "share") and size == 1.0:
-                continue  # stands in the series of shares
-            look = {"fontsize": 5.8, "color": color}
-            if key[1] != "share":  # shares differ by too little in time to be told apart there
-                in_time.append((run["time_ms"], wrong(run), text, look))
-            in_sides.append((run["false_shadow"], run["false_light"], text, look))
-    spread = [abs(r["time_ms_max"] - r["time_ms_min"]) / r["time_ms"] for r in rays]
+    order = {"fixed": 0, "footprint": 1, "coverage": 2}
+    rays.sort(key=lambda r: (order[lod_of(r)[0]], lod_of(r)[2] or 0, lod_of(r)[1]))
     embree = next((r for r in runs if r["method"] == "embree"), None)
-    if embree:
-        over_time.plot(embree["time_ms"], wrong(embree), linestyle="none", marker="o", color=GREY, markersize=4.6,
-                       markeredgecolor="white", markeredgewidth=0.4, clip_on=False, zorder=4, label="Embree's frame")
-        time_bars(over_time, [embree], [wrong(embree)], GREY)
-    over_time.set_xlabel("frame time (ms)")
-    over_time.set_ylabel("wrong pairs (%)")
-    over_time.margins(0.12)
-    over_time.set_ylim(bottom=0)
-    sides.set_xlabel("false shadow (% of pairs)")
-    sides.set_ylabel("false light (% of pairs)")
-    sides.margins(0.12)
-    sides.set_xlim(left=0)
-    sides.set_ylim(bottom=0)
-    over_time.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2, columnspacing=1.2, borderaxespad=0.2)
-    lines = [[run for _, run in groups[key]] for key in ordered]
-    bars = [(x, wrong(r)) for r in rays for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)]
-    for axes, labels, marks, place in ((over_time, in_time, bars, lambda r: (r["time_ms"], wrong(r))),
-                                       (sides, in_sides, [], lambda r: (r["false_shadow"], r["false_light"]))):
-        places = [list(map(place, line)) for line in lines]
-        place_labels(axes, labels, marks + sum(places, []), places)
+    rows = ([embree] if embree else []) + rays
+    names = ["Embree's frame"] * bool(embree) + [row_name(r) for r in rays]
+    figure, (times, errors) = plt.subplots(1, 2, figsize=(2 * COLUMN, 0.75 + 0.17 * len(rows)), sharey=True)
+    looks = {"fixed": (BLACK, "o"), "footprint": (BLUE, "s"), "coverage": (PURPLE, "D")}
+    for y, run in enumerate(rows):
+        color, marker = (GREY, "o") if run is embree else looks[lod_of(run)[0]]
+        times.plot(run["time_ms"], y, color=color, marker=marker, markersize=4.6, markeredgecolor="white", markeredgewidth=0.4,
+                   zorder=4)
+        time_bars(times, [run], [y], color)
+        errors.barh(y, run["false_shadow"], color=VERMILION, height=0.7, label="false shadow" if y == 0 else None)
+        errors.barh(y, run["false_light"], left=run["false_shadow"], color=SKY, height=0.7,
+                    label="false light" if y == 0 else None)
+        errors.annotate(f"{wrong(run):.2f}", (wrong(run), y), xytext=(3, 0), textcoords="offset points", va="center", fontsize=5.8)
+    times.set_yticks(range(len(rows)), names)
+    times.invert_yaxis()
+    times.set_xlim(left=0)
+    times.set_xlabel("frame time (ms)")
+    errors.set_xlabel("wrong pairs (%)")
+    errors.margins(x=0.12)
+    errors.tick_params(axis="y", length=0)
+    errors.legend(loc="lower right", ncol=1)
+    spread = [abs(r["time_ms_max"] - r["time_ms_min"]) / r["time_ms"] for r in rays]
     fastest = min(rays, key=lambda r: r["time_ms"])
     best = min((r for r in rays if lod_of(r)[0] != "fixed"), key=wrong, default=first)
     sentence = (f" Embree's rays need {embree['time_ms']:.0f} ms for the same frame, with {wrong(embree):.2f} % of the pairs "
                 "wrong." if embree else "")
-    charts.save(figure, f"lod_{slug(scene)}", f"Level of detail: error against time, {scene}",
-                f"All lights traced at {first['parameters']['resolution']}³; down and left is better. Level 0 takes "
+    charts.save(figure, f"lod_{slug(scene)}", f"Level of detail: time and error, {scene}",
+                f"All lights traced at {first['parameters']['resolution']}³. Level 0 takes "
                 f"{first['time_ms']:.0f} ms with {wrong(first):.2f} % of the pairs wrong; the fastest, lod "
                 f"{fastest['parameters'].get('lod', 0)}, {fastest['time_ms']:.0f} ms with {wrong(fastest):.2f} %; of those that "
                 f"follow the footprint the most exact, {best['parameters'].get('lod', 0)}, {best['time_ms']:.0f} ms with "
-                f"{wrong(best):.2f} %. Marks name the level, the footprint's scale or the share of a cell's columns that "
+                f"{wrong(best):.2f} %. Rows name the level, the footprint's scale, and the share of a cell's columns that "
                 f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most." + bars_sentence(rays) + " Rays of level 0 are traced in streams, "
                 "those of all others one by one." + sentence)
