@@ -48,6 +48,21 @@ TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
 }
 
+// What changes a count of a method or of the judge has to change the committed file, too.
+TEST(Diff, CountsOfASmallExperimentAreTheCommittedOnes) {
+    const TemporaryDirectory directory;
+    const std::string source = SDAG_SOURCE_DIR;
+    const ProgramResult measured = runShadowdag(
+        directory, {"compare", "--experiment", source + "/scenes/experiments/small.json", "-o",
+                    directory / "report", "--no-charts"});
+    ASSERT_EQ(measured.status, 0) << measured.err;
+    const ProgramResult result =
+        runShadowdag(directory, {"diff", source + "/tests/bench/results/small.json",
+                                 directory / "report", "--no-times"});
+    EXPECT_EQ(result.status, 0) << result.out << result.err;
+    EXPECT_THAT(result.out, HasSubstr("0 worse, 0 better, 0 changed otherwise"));
+}
+
 TEST(Diff, EndsWithFiveWhereAValueIsMissingAndWithTwoWhereItIsNone) {
     const TemporaryDirectory directory;
     Json results = Json::parse(readText(kAtrium));
