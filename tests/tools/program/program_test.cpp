@@ -255,7 +255,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"compare", "-o", dir, "--experiment", directory / "experiment.json"},
          2,
          "unknown key \"sise\""},
-        {{"compare", "-o", dir, "--experiment", directory / "experiment.json", "--size", "1x1"},
+        {{"compare", "-o", dir, "--experiment", directory / "unread.json", "--size", "1x1"},
          1,
          "contradict"},
         {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
