@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <vector>
 
 namespace shadowdag {
 
@@ -21,11 +23,15 @@ glm::dvec3 crossOf(const Corners& c) {
     return glm::cross(glm::dvec3(c[1]) - glm::dvec3(c[0]), glm::dvec3(c[2]) - glm::dvec3(c[0]));
 }
 
-bool shareVertex(const Corners& a, const Corners& b) {
-    return std::any_of(a.begin(), a.end(), [&](const glm::vec3& corner) {
-        return std::find(b.begin(), b.end(), corner) != b.end();
-    });
-}
+/// A corner of a triangle in a list, ordered by its place. Negative zero is zero.
+struct Corner {
+    std::array<float, 3> at;
+    uint32_t triangle = 0; ///< its index in the list
+
+    Corner(const glm::vec3& p, uint32_t index)
+        : at{p.x + 0.0f, p.y + 0.0f, p.z + 0.0f}, triangle(index) {}
+    bool operator<(const Corner& other) const { return at < other.at; }
+};
 
 } // namespace
 
@@ -46,15 +52,27 @@ std::vector<uint32_t> smoothPatch(const Truth& truth, const TriangleView& triang
                         glm::dvec3(sampleWorld)) <= radiusWorld)
             others.push_back(triangle);
     });
-    for (size_t next = 0; next < patch.size(); ++next) {
-        const Corners c = cornersOf(triangles, patch[next]);
-        const auto isFar = [&](uint32_t other) {
-            return !shareVertex(c, cornersOf(triangles, other));
-        };
-        const auto found = std::stable_partition(others.begin(), others.end(), isFar);
-        patch.insert(patch.end(), found, others.end());
-        others.erase(found, others.end());
-    }
+    // By corners, so that the time grows with the triangles within the radius, times the logarithm.
+    std::vector<Corner> corners;
+    corners.reserve(3 * others.size());
+    for (uint32_t i = 0; i < others.size(); ++i)
+        for (const glm::vec3& p : cornersOf(triangles, others[i]))
+            corners.emplace_back(p, i);
+    std::sort(corners.begin(), corners.end());
+    std::vector<bool> isTaken(others.size()), isAsked(corners.size()); // by the first at a place
+    for (size_t next = 0; next < patch.size(); ++next)
+        for (const glm::vec3& p : cornersOf(triangles, patch[next])) {
+            const auto [first, last] =
+                std::equal_range(corners.begin(), corners.end(), Corner(p, 0));
+            if (first == last || isAsked[size_t(first - corners.begin())])
+                continue;
+            isAsked[size_t(first - corners.begin())] = true;
+            for (auto found = first; found != last; ++found)
+                if (!isTaken[found->triangle]) {
+                    isTaken[found->triangle] = true;
+                    patch.push_back(others[found->triangle]);
+                }
+        }
     return patch;
 }
 

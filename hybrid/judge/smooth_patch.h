@@ -15,7 +15,8 @@ constexpr double kSmoothCosine = 0.70710678;
 /// Returns the triangles, with the receiver's first, that come within `radiusWorld` of a sample,
 /// whose planes are within 45 degrees of the receiver's, and that a chain of such triangles
 /// connects with the receiver, consecutive ones sharing a vertex (the same three floats: meshes
-/// repeat vertices along seams of their attributes).
+/// repeat vertices along seams of their attributes). Cost: n log n of the triangles within the
+/// radius.
 /// @param receiver a triangle, not kBackground
 std::vector<uint32_t> smoothPatch(const Truth& truth, const TriangleView& triangles,
                                   uint32_t receiver, const glm::vec3& sampleWorld,

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -58,6 +59,26 @@ TEST(SmoothPatch, FollowsSharedVerticesToTheAngleAndTheRadius) {
 }
 
 // The texel [0, 1.25]^2 of the map looks at the ramp, which is a little above the floor there.
+// A fan and a mesh of a hundred thousand triangles, each a patch as a whole: by pairs of triangles
+// this took minutes.
+TEST(SmoothPatch, TakesTimeInProportionToItsTriangles) {
+    TriangleSoup soup;
+    constexpr int kSide = 200, kFan = 20000;
+    for (int z = 0; z < kSide; ++z)
+        for (int x = 0; x < kSide; ++x)
+            soup.addQuad({x, 0, z}, {x, 0, z + 1}, {x + 1, 0, z + 1}, {x + 1, 0, z});
+    for (int i = 0; i < kFan; ++i) {
+        const float a = 6.2831853f * float(i) / kFan, b = 6.2831853f * float(i + 1) / kFan;
+        soup.add({0, 0, 0}, {-std::cos(a), 0, std::sin(a)}, {-std::cos(b), 0, std::sin(b)});
+    }
+    const Truth truth(soup.view());
+    const uint32_t count = soup.view().count();
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(smoothPatch(truth, soup.view(), 0, {0.2f, 0, 0.2f}, 1e3).size(), count);
+    EXPECT_EQ(smoothPatch(truth, soup.view(), count - 1, {0, 0, 0}, 1e3).size(), count);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+}
+
 TEST(Acne, OfMapsIsABlockerThatContinuesTheReceiverSmoothly) {
     const auto judged = [](float start, float slope) {
         MapFrame f;
