@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rates at which the window draws and answers, measured: these tests take the whole machine, since
-// beside another program they would measure that.
+// The rates at which the window draws and answers, measured: these tests take the whole machine,
+// since beside another program they would measure that.
 #include "tests/tools/window/view_window.h"
 
 #include <gmock/gmock.h>
@@ -11,10 +11,6 @@
 namespace shadowdag {
 
 namespace {
-
-/// A scene that renders in milliseconds, with lights that are served by maps.
-const std::vector<std::string> kSmall{
-    "builtin:fail-silhouette", "--resolution", "128", "--believe", "all", "--method", "hybrid"};
 
 double meanOf(const Screenshot& shot, int x, int y, int width, int height) {
     Screenshot black = shot;

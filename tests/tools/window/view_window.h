@@ -18,6 +18,10 @@
 
 namespace shadowdag {
 
+/// A scene that renders in milliseconds, with lights that are served by maps.
+inline const std::vector<std::string> kSmall{
+    "builtin:fail-silhouette", "--resolution", "128", "--believe", "all", "--method", "hybrid"};
+
 /// Starts the window, waits for what its log says.
 class ViewProgram {
 public:

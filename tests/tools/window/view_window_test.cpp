@@ -15,10 +15,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A scene that renders in milliseconds, with lights that are served by maps.
-const std::vector<std::string> kSmall{
-    "builtin:fail-silhouette", "--resolution", "128", "--believe", "all", "--method", "hybrid"};
-
 bool hasMethod(const Json& line, size_t side, const std::string& method) {
     return line["sides"].size() > side && line["sides"][side]["method"] == method;
 }
