@@ -88,6 +88,7 @@ public:
         const double pairs = double(std::max<uint64_t>(errors.pairCount, 1));
         json["false_shadow_share"] = double(errors.falseShadowCount) / pairs;
         json["false_light_share"] = double(errors.falseLightCount) / pairs;
+        json["wrong_share"] = double(errors.falseShadowCount + errors.falseLightCount) / pairs;
         json["magnified_share"] = double(errors.magnifiedCount) / pairs;
         json["acne_share"] = double(errors.acneCount) / pairs;
         for (const Untrusted& cell : known_ ? known_->untrusted : std::vector<Untrusted>())
@@ -95,7 +96,7 @@ public:
                 json["untrusted"] = cell.reason;
         json["pool_divisor"] = poolDivisor;
         json["explaining_has_power"] = explainingHasPower(table_, method, json);
-        const Json bounds = realBounds(table_, known_, method);
+        const Json bounds = realBounds(table_, known_, method, json["explaining_has_power"]);
         Json broken = realBroken(json, bounds);
         if (known_ && !findKnown(known_->known, method, true))
             broken.push_back("unknown");

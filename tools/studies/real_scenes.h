@@ -7,9 +7,10 @@
 //  - each count is at most what is known of the cell and the study's slack; but of rays that
 //    believe no voxel at most what is known, without slack, and of acne by rays none;
 //  - the shares of wrong and of magnified pairs are within the study's tolerance of the method,
-//    whatever is known, and so is the null rate: where most right answers would be explained as
-//    well, "explained" says nothing. A cell of a known scene that is not may stand in the study
-//    under "untrusted" with the reason; its null rate has a bound all the same;
+//    whatever is known. Where most right answers near outlines would be explained as well,
+//    "explained" excuses nothing: there all wrong pairs together are held to a share of their own.
+//    A cell of a known scene that exceeds these may stand in the study under "untrusted" with the
+//    reason;
 //  - every error is classified: it is magnified, explained, acne, contact or settled
 //    (hybrid/judge/explain.h). The few that are left and understood stand in the study under
 //    "unexplained" with a reason;
@@ -41,11 +42,12 @@ struct NamedErrors {
 
 /// What a method is held to in any scene: shares of the pairs of all frames. Where more than
 /// `nullRate` of the right pairs near outlines would be explained if they were wrong, explaining
-/// has no power: results say so in place of the explained share.
+/// has no power: results say so in place of the explained share, and false shadow and false light
+/// together may be `powerlessWrongShare` of the pairs at most.
 struct RealTolerance {
     std::vector<MatrixMethod> methods;
     double falseShadowShare = 0, falseLightShare = 0, magnifiedShare = 0, acneShare = 1,
-           nullRate = 1;
+           nullRate = 1, powerlessWrongShare = 1;
 };
 
 /// A cell that is known to exceed the tolerance in its shares of wrong and magnified pairs.
@@ -102,9 +104,11 @@ Json measureReal(const RealTable& table, const std::string& file, const StudyReq
 /// count
 Json explainingHasPower(const RealTable& table, MatrixMethod method, const Json& cell);
 
-/// Returns the bounds of a cell, by name of its measure: counts and shares. @param scene
-/// null for one without recorded counts
-Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method);
+/// Returns the bounds of a cell, by name of its measure: counts and shares.
+/// @param scene null for one without recorded counts
+/// @param hasPower what explainingHasPower returned for the cell
+Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method,
+                const Json& hasPower);
 
 /// Returns whether the truth of a cell's pairs is dark for some and lit for others.
 bool showsShadowEdge(const Json& cell);

@@ -136,6 +136,7 @@ RealTable readReal(const StudyFile& file) {
             reader.number("magnified_share", tolerance.magnifiedShare, 0, 1);
             reader.number("acne_share", tolerance.acneShare, 0, 1);
             reader.number("null_rate", tolerance.nullRate, 0, 1);
+            reader.number("powerless_wrong_share", tolerance.powerlessWrongShare, 0, 1);
             table.tolerances.push_back(tolerance);
         });
     });
@@ -195,7 +196,8 @@ Json explainingHasPower(const RealTable& table, MatrixMethod method, const Json&
     return true;
 }
 
-Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method) {
+Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method,
+                const Json& hasPower) {
     Json bounds = Json::object();
     CellCounts named{}, unnamed{};
     for (const NamedErrors& errors : scene ? scene->named : std::vector<NamedErrors>())
@@ -225,6 +227,8 @@ Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod met
         bounds["false_shadow_share"] = tolerance.falseShadowShare;
         bounds["false_light_share"] = tolerance.falseLightShare;
         bounds["magnified_share"] = tolerance.magnifiedShare;
+        if (hasPower == false)
+            bounds["wrong_share"] = tolerance.powerlessWrongShare;
     }
     if (method == MatrixMethod::kDagNone) {
         // They are the truth, triangle by triangle, in double where Embree rounds: a pair whose
@@ -289,6 +293,8 @@ std::vector<std::string> realBrokenLines(const Json& results) {
             else
                 line += name + " is " + measureText(cell[name]) + ", bound " +
                         measureText(cell["bounds"][name]);
+            if (name == "wrong_share")
+                line += " where explaining has no power, so that it excuses no error";
             if (name == "unnamed_count" && !cell["unnamed"].empty()) {
                 const Json& first = cell["unnamed"][0];
                 line += "; the first: a " + first["error"].get<std::string>() + " in frame " +

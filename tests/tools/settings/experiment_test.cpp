@@ -476,8 +476,9 @@ TEST(Experiment, TheCommittedFilesMeasureTimesOftenEnough) {
         return readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name +
                               ".json");
     };
-    for (const char* name : {"atrium", "believe", "houses", "lod", "main", "main_1080p",
-                             "main_placed", "main_placed_1080p", "necropolis", "real", "regret"}) {
+    for (const char* name :
+         {"atrium", "believe", "houses", "lod", "main", "main_1080p", "main_gpu", "main_placed",
+          "main_placed_1080p", "main_placed_gpu", "necropolis", "real", "regret"}) {
         EXPECT_GE(read(name).repeats, 10) << name;
         EXPECT_GE(read(name).warmups, 1) << name;
     }
