@@ -10,13 +10,6 @@
 
 namespace shadowdag {
 
-/// Elements [first, first + count) of an array.
-struct ArrayRange {
-    size_t first, count;
-
-    bool operator==(const ArrayRange&) const = default;
-};
-
 /// Returns ascending ranges with those joined that overlap or lie at most `gap` elements apart: one
 /// copy of a little more costs less than two copies.
 inline std::vector<ArrayRange> joinRanges(const std::vector<ArrayRange>& ranges, size_t gap) {

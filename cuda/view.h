@@ -30,6 +30,13 @@ template <class T> struct View {
     }
 };
 
+/// Elements [first, first + count) of an array.
+struct ArrayRange {
+    size_t first, count;
+
+    bool operator==(const ArrayRange&) const = default;
+};
+
 /// Returns a view of a host vector, valid until the vector reallocates.
 template <class T> View<const T> viewOf(const std::vector<T>& v) {
     return {v.data(), v.size()};

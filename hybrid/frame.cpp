@@ -60,9 +60,11 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     }
 
     // For reports, not part of the frame's time.
-    stages.settle();
+    if (backend == Backend::kCuda)
+        QueueMark().wait();
     result.wallMs =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    stages.settle();
     result.counting.settle();
     const HostCopyCounts after = state.device->copyCounts();
     result.counts.hostCopies = {after.uploadCount - before.uploadCount,

@@ -312,6 +312,26 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     updateCounts_.boxCount = uint32_t(movedBatches_.size());
 }
 
+MovedBatchRanges BatchSet::movedRanges() const {
+    MovedBatchRanges ranges;
+    if (movedBatches_.empty())
+        return ranges;
+    for (const uint32_t batch : movedBatches_)
+        if (!ranges.boxes.empty() && ranges.boxes.back().first + ranges.boxes.back().count == batch)
+            ++ranges.boxes.back().count;
+        else
+            ranges.boxes.push_back({batch, 1});
+    if (updateCounts_.hierarchy.isBuilt) {
+        const WideBvhView all = bvh_.view();
+        ranges.bvhBoxes = {{0, all.boxes.count}};
+        ranges.bvhItems = {{0, all.items.count}};
+    } else {
+        ranges.bvhBoxes = bvh_.movingBoxes();
+        ranges.bvhItems = bvh_.movingItems();
+    }
+    return ranges;
+}
+
 bool BatchSet::makeRoomForCorners(uint32_t batch) {
     size_t& first = firstCorner_[batch];
     if (first != kNoCorners)

@@ -49,6 +49,11 @@ struct BatchUpdateCounts {
     BvhUpdateCounts hierarchy;       ///< codes sorted again, boxes of the hierarchy written
 };
 
+/// What an update changed in the arrays of a BatchView; ranges ascend.
+struct MovedBatchRanges {
+    std::vector<ArrayRange> boxes, bvhBoxes, bvhItems;
+};
+
 /// The batches of a world on the host: built offline once, kept current when instances move.
 class BatchSet {
 public:
@@ -77,6 +82,8 @@ public:
     /// Returns the world boxes of movedBatches() before the last update, one per batch.
     const std::vector<Box>& movedBoxesBefore() const { return movedBoxesBefore_; }
     const BatchUpdateCounts& updateCounts() const { return updateCounts_; }
+    /// Returns what the last update changed, or a little more.
+    MovedBatchRanges movedRanges() const;
     /// Returns views of this object's arrays; valid until the next update.
     BatchView view() const;
     size_t size() const { return batches_.size(); }

@@ -21,19 +21,23 @@ void ResidentGeometry::set(const TriangleView& triangles, const BatchView& batch
     batches_.set(batches.batches);
     batchTriangles_.set(batches.triangles);
     positions_.set(triangles.positions);
-    setBoxes(batches);
-}
-
-void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches,
-                                const std::vector<ArrayRange>& movedPositions) {
-    positions_.setChanged(triangles.positions, movedPositions);
-    setBoxes(batches);
-}
-
-void ResidentGeometry::setBoxes(const BatchView& batches) {
     boxes_.set(batches.boxesWorld);
     bvhBoxes_.set(batches.bvh.boxes);
     bvhItems_.set(batches.bvh.items);
+    setLevels(batches);
+}
+
+void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches,
+                                const std::vector<ArrayRange>& movedPositions,
+                                const MovedBatchRanges& movedBatches) {
+    positions_.setChanged(triangles.positions, movedPositions);
+    boxes_.setChanged(batches.boxesWorld, movedBatches.boxes);
+    bvhBoxes_.setChanged(batches.bvh.boxes, movedBatches.bvhBoxes);
+    bvhItems_.setChanged(batches.bvh.items, movedBatches.bvhItems);
+    setLevels(batches);
+}
+
+void ResidentGeometry::setLevels(const BatchView& batches) {
     partBoxes_.set(batches.levels.partBoxes);
     levelErrors_.set(batches.levels.errorsWorld);
 }

@@ -19,16 +19,17 @@ public:
     /// Makes all of it available.
     void set(const TriangleView& triangles, const BatchView& batches);
     /// The same if only positions changed since set(), and of these only those of the ranges,
-    /// which ascend.
+    /// which ascend. @param movedBatches what that changed of the batches and their hierarchy
     void setMoved(const TriangleView& triangles, const BatchView& batches,
-                  const std::vector<ArrayRange>& movedPositions);
+                  const std::vector<ArrayRange>& movedPositions,
+                  const MovedBatchRanges& movedBatches);
 
     TriangleView triangles() const;
     /// Returns `host`, which set() was given last, on the backend.
     BatchView batches(const BatchView& host) const;
 
 private:
-    void setBoxes(const BatchView& batches);
+    void setLevels(const BatchView& batches);
 
     Resident<glm::vec3> positions_;
     Resident<glm::uvec3> triangles_;

@@ -117,7 +117,7 @@ BvhUpdateCounts WideBvh::update(View<const Box> boxes, const std::vector<uint32_
         for (const uint32_t item : moved)
             isMover[item] = 1;
         build(boxes, std::move(isMover));
-        return {uint32_t(boxes.count), uint32_t(boxes_.size()), true};
+        return {uint32_t(boxes.count), uint32_t(boxes_.size()), true, true};
     }
 
     Box centres;
@@ -233,6 +233,23 @@ void WideBvh::refit(View<const Box> boxes) {
     for (uint32_t level = 1; level < levelCount_; ++level)
         for (uint32_t i = 0; i < levelStart_[level + 1] - levelStart_[level]; ++i)
             boxes_[levelStart_[level] + i] = enclose(level, i);
+}
+
+std::vector<ArrayRange> WideBvh::movingBoxes() const {
+    std::vector<ArrayRange> ranges;
+    size_t first = firstMover_;
+    for (uint32_t level = 0; level < levelCount_; ++level, first /= kBvhWidth) {
+        const size_t begin = levelStart_[level] + first, end = levelStart_[level + 1];
+        if (!movers_.empty() && begin < end)
+            ranges.push_back({begin, end - begin});
+    }
+    return ranges;
+}
+
+std::vector<ArrayRange> WideBvh::movingItems() const {
+    if (movers_.empty())
+        return {};
+    return {{firstMover_, items_.size() - firstMover_}};
 }
 
 WideBvhView WideBvh::view() const {

@@ -115,7 +115,8 @@ SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) 
 struct BvhUpdateCounts {
     uint32_t sortedKeyCount = 0; ///< Morton codes that changed, and so places along the curve
     uint32_t boxCount = 0;       ///< boxes written, of all levels
-    bool isRebuilt = false;      ///< everything was sorted again: a new mover, or a new grid
+    bool isRebuilt = false;      ///< all movers were sorted again: a new mover, or a new grid
+    bool isBuilt = false;        ///< everything was built again: a new mover
 };
 
 /// Owns a hierarchy on the host. Deterministic: its arrays are a function of the boxes and of the
@@ -139,6 +140,10 @@ public:
     /// baseline for update; do not call update after it.
     void refit(View<const Box> boxes);
     WideBvhView view() const;
+    /// Return what an update that did not build everything again may have changed, ascending: runs
+    /// of the view's boxes, one per level at most, and of its items.
+    std::vector<ArrayRange> movingBoxes() const;
+    std::vector<ArrayRange> movingItems() const;
 
 private:
     struct Entry {

@@ -9,6 +9,7 @@
 #include "shadowmap/map_drawer.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 namespace shadowdag {
@@ -181,7 +182,8 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
     marked_.resize(0);
 }
 
-void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches) {
+void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches,
+                           bool areAllNamed) {
     const size_t count = hostBatches.boxesWorld.count;
     std::vector<uint32_t> bits((count + 31) / 32, 0);
     if (batchBoxes_.size() != count)
@@ -190,7 +192,7 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
     const auto mark = [&](size_t batch) { bits[batch / 32] |= 1u << batch % 32; };
     for (const uint32_t batch : movedBatches)
         mark(batch);
-    for (size_t batch = 0; batch < count; ++batch)
+    for (size_t batch = 0; batch < count && !areAllNamed; ++batch)
         if (!(batchBoxes_[batch] == hostBatches.boxesWorld[batch]))
             mark(batch);
     if (isMutant(Mutant::kPagesKeptStale))
@@ -206,8 +208,9 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
                 mark(batch);
     }
     std::vector<Box> before, now;
-    for (size_t batch = 0; batch < count; ++batch)
-        if (isMoved(batch)) {
+    for (size_t word = 0; word < bits.size(); ++word)
+        for (uint32_t left = bits[word]; left != 0; left &= left - 1) {
+            const size_t batch = word * 32 + size_t(std::countr_zero(left));
             before.push_back(batchBoxes_[batch]);
             now.push_back(hostBatches.boxesWorld[batch]);
             batchBoxes_[batch] = now.back();

@@ -35,7 +35,9 @@ public:
 
     /// Stores which batches moved since the last frame. Call before begin, of frames that may keep
     /// maps.
-    void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches);
+    /// @param areAllNamed whether movedBatches has all that moved; if not, all boxes are compared
+    void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches,
+                    bool areAllNamed);
 
     /// Allocates the needed pages, and clears the new ones.
     /// @param needed bits of the requests' words; @param firstPage their exclusive scan

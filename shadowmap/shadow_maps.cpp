@@ -493,7 +493,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     check(requests, options);
     check(requests, receiverBoxes, receivers);
     State& s = *state_;
-    MapInputs inputs{{}, {}, geometry, batches};
+    MapInputs inputs{{}, {}, geometry, batches, false};
     {
         const StageTimer timer(s.backend, stages, "page masks");
         s.receiverBoxes.set(receiverBoxes);
@@ -553,7 +553,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
         s.listReached({s.requestMaps(), {}, onBackend, options.culling, {}}, true, stages);
     if (options.useStaticOptimization && !requests.empty()) {
         const StageTimer timer(s.backend, stages, "page commit");
-        s.cache.noteMotion(batches, movedBatches);
+        s.cache.noteMotion(batches, movedBatches, inputs.areMovedNamed);
     }
     uint64_t wanted = 0;
     {

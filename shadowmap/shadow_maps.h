@@ -117,6 +117,8 @@ struct MapInputs {
     View<const MapReceiver> receivers; ///< indices within receiverBoxes and the requests
     TriangleView geometry;
     BatchView batches; ///< with their hierarchy
+    /// Whether build() is told of all moved batches; if not, it compares the boxes of all.
+    bool areMovedNamed = true;
 };
 
 /// Builds and holds the shadow maps of one frame on one backend.
@@ -154,9 +156,10 @@ public:
                const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages,
                View<const uint32_t> movedBatches = {});
 
-    /// The same with inputs that are on the backend already: only changes are copied there. @param
-    /// hostBatches the same batches on the host, for detecting motion
+    /// The same with inputs that are on the backend already: only changes are copied there.
+    /// @param hostBatches the same batches on the host
     /// @param stages on CUDA not yet settled (StageTimes)
+    /// @param movedBatches as above; with inputs.areMovedNamed those whose box changed as well
     void build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
                const BatchView& hostBatches, const ShadowMapOptions& options, StageTimes& stages,
                View<const uint32_t> movedBatches = {});

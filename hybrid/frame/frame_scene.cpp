@@ -11,6 +11,7 @@
 #include "voxel/wide_dag_trace.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace shadowdag {
@@ -104,11 +105,15 @@ Box FrameScene::boundsOfPositions() {
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                         StageTimes& ofLevels, StageTimes& ofRays) {
-    const auto mark = [](std::vector<bool>& all, const BatchSet& set) {
-        all.resize(set.view().batches.count, false);
-        for (const uint32_t batch : set.movedBatches())
-            all[batch] = true;
+    const auto mark = [](std::vector<uint32_t>& all, const BatchSet& set) {
+        const std::vector<uint32_t>& moved = set.movedBatches();
+        std::vector<uint32_t> both;
+        both.reserve(all.size() + moved.size());
+        std::set_union(all.begin(), all.end(), moved.begin(), moved.end(),
+                       std::back_inserter(both));
+        all = std::move(both);
     };
+    const bool wasCancelled = std::exchange(isUpdating_, true);
     batchSet_.update(world_, movedInstances, &stages);
     if (polygonLod_)
         polygonLod_->update(movedInstances, &ofLevels);
@@ -120,8 +125,15 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
     const bool areMoversRead = std::exchange(areMoversRead_, false);
     {
         const StageTimer timer(backend_, stages, "scene update");
-        setMoved(movedInstances);
+        if (wasCancelled) { // what it changed is not known
+            geometry_.set(world_.triangles(), batchSet_.view());
+            if (polygonLod_)
+                levelGeometry_.set(polygonLod_->triangles(), polygonLod_->batches(0.0f));
+        } else {
+            setMoved(movedInstances);
+        }
         setMoving();
+        isUpdating_ = false;
     }
     if (areMoversRead) {
         const StageTimer timer(backend_, ofRays, "scene update");
@@ -135,10 +147,11 @@ void FrameScene::setMoved(const std::vector<uint32_t>& movedInstances) {
         moved.push_back({world_.instances()[i].firstVertex, world_.instances()[i].vertexCount});
     std::sort(moved.begin(), moved.end(),
               [](const ArrayRange& a, const ArrayRange& b) { return a.first < b.first; });
-    geometry_.setMoved(world_.triangles(), batchSet_.view(), moved);
+    geometry_.setMoved(world_.triangles(), batchSet_.view(), moved, batchSet_.movedRanges());
     if (polygonLod_) {
         const TriangleView levels = polygonLod_->triangles();
-        levelGeometry_.setMoved(levels, polygonLod_->batches(0.0f), {{0, levels.positions.count}});
+        levelGeometry_.setMoved(levels, polygonLod_->batches(0.0f), {{0, levels.positions.count}},
+                                polygonLod_->batchSet().movedRanges());
     }
 }
 
@@ -168,11 +181,7 @@ MovedBatches::~MovedBatches() {
 
 std::vector<uint32_t> MovedBatches::take(float lodTexels) {
     // Maps of the other kind are drawn again when they are requested next.
-    const std::vector<bool>& all = lodTexels > 0.0f ? levels_ : full_;
-    std::vector<uint32_t> moved;
-    for (size_t batch = 0; batch < all.size(); ++batch)
-        if (all[batch])
-            moved.push_back(uint32_t(batch));
+    std::vector<uint32_t> moved = std::move(lodTexels > 0.0f ? levels_ : full_);
     full_.clear();
     levels_.clear();
     return moved;

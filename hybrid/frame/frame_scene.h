@@ -136,6 +136,7 @@ private:
     BatchSet batchSet_;
     std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
     std::vector<class MovedBatches*> listeners_; // all that there are
+    bool isUpdating_ = false;                    // true between updates: one was cancelled
     bool isFollowed_ = false;                    // by what rays read
     bool areMoversRead_ = false;                 // since the last update
     TruthSpace space_;
@@ -180,7 +181,7 @@ public:
 private:
     friend class FrameScene;
     FrameScene& scene_;
-    std::vector<bool> full_, levels_; // by batch; until taken
+    std::vector<uint32_t> full_, levels_; // ascending; until taken
 };
 
 } // namespace shadowdag

@@ -212,6 +212,60 @@ TEST(BatchSet, MovedBatchesAreThoseWhoseCornersChangedWithTheirBoxesBefore) {
     EXPECT_TRUE(set.movedBatches().empty());
 }
 
+// A copy that follows only the ranges is the view, whatever moves: few batches or many, within the
+// grid of the movers' codes or out of it, and instances that never moved before.
+TEST(BatchSet, MovedRangesHoldEverythingThatAnUpdateChanged) {
+    Triangles t = heightField(40);
+    BatchSet set(t.view(), t.instances, {8}, {0, 1, 1, 0});
+    std::vector<Box> boxes, bvhBoxes;
+    std::vector<uint32_t> items;
+    const auto follow = [](auto& copy, const auto& view, const std::vector<ArrayRange>& ranges) {
+        if (copy.size() != view.count)
+            copy.assign(view.begin(), view.end());
+        size_t next = 0, copied = 0;
+        for (const ArrayRange& range : ranges) {
+            EXPECT_LE(next, range.first);
+            next = range.first + range.count;
+            ASSERT_LE(next, view.count);
+            std::copy_n(view.begin() + range.first, range.count, copy.begin() + range.first);
+            copied += range.count;
+        }
+        for (size_t i = 0; i < view.count; ++i)
+            ASSERT_TRUE(copy[i] == view[i])
+                << i << " of " << view.count << ", " << copied << " copied";
+    };
+    const auto followAll = [&] {
+        const MovedBatchRanges ranges = set.movedRanges();
+        follow(boxes, set.view().boxesWorld, ranges.boxes);
+        follow(bvhBoxes, set.view().bvh.boxes, ranges.bvhBoxes);
+        follow(items, set.view().bvh.items, ranges.bvhItems);
+        return ranges;
+    };
+    followAll();
+    std::mt19937 random(7);
+    for (int round = 0; round < 40; ++round) {
+        SCOPED_TRACE("seed 7, round " + std::to_string(round));
+        const uint32_t instance = round < 30 ? 1 + random() % 2 : random() % 4;
+        const float reach = round % 7 == 6 ? 500.0f : 3.0f;
+        for (size_t i = 0; i < t.triangles.size(); ++i)
+            if (t.instances[i] == instance && random() % 4 == 0)
+                t.positions[t.triangles[i][int(random() % 3)]] +=
+                    glm::vec3(float(random() % 100) * 0.01f * reach, 0.0f,
+                              float(random() % 100) * 0.01f * reach);
+        set.update(t.view(), {0, 1, 2, 3}); // corners are shared between instances
+        const MovedBatchRanges ranges = followAll();
+        size_t copied = 0;
+        for (const ArrayRange& range : ranges.boxes)
+            copied += range.count;
+        EXPECT_EQ(copied, set.movedBatches().size());
+        if (testing::Test::HasFatalFailure())
+            return;
+    }
+    set.update(t.view(), {0, 1, 2, 3});
+    EXPECT_TRUE(set.movedRanges().boxes.empty());
+    EXPECT_TRUE(set.movedRanges().bvhBoxes.empty());
+}
+
 TEST(BatchSet, ACancelledUpdateLosesNoMove) {
     Triangles t = heightField(40);
     BatchSet set(t.view(), t.instances, {8});
