@@ -11,6 +11,7 @@
 // Kass, Miller, Hierarchical Z-Buffer Visibility, SIGGRAPH 1993.
 #pragma once
 
+#include "scenes/double_lanes.h"
 #include "shadowmap/page_floors.h"
 #include "shadowmap/rasterize.h"
 
@@ -27,45 +28,11 @@ struct StoreGreater {
 
 } // namespace shadowdag
 
-#if defined(__AVX2__) && !defined(__CUDACC__)
+#if defined(SDAG_DOUBLE_LANES)
 #define SDAG_RASTERIZE_AVX2 1
-#include <immintrin.h>
 
 namespace shadowdag::avx2 {
 
-/// Four numbers, or four masks. glm::min(x, y) is y < x ? y : x, which is minpd(y, x).
-using Lanes = __m256d;
-inline Lanes all(double value) {
-    return _mm256_set1_pd(value);
-}
-inline Lanes least(Lanes x, Lanes y) {
-    return _mm256_min_pd(y, x);
-}
-inline Lanes most(Lanes x, Lanes y) {
-    return _mm256_max_pd(y, x);
-}
-inline Lanes negative(Lanes x) {
-    return _mm256_xor_pd(x, all(-0.0));
-}
-inline Lanes magnitude(Lanes x) {
-    return _mm256_andnot_pd(all(-0.0), x);
-}
-inline Lanes above(Lanes x, Lanes y) {
-    return _mm256_cmp_pd(x, y, _CMP_GT_OQ);
-}
-inline Lanes atLeast(Lanes x, Lanes y) {
-    return _mm256_cmp_pd(x, y, _CMP_GE_OQ);
-}
-
-struct Lanes3 {
-    Lanes x, y, z;
-};
-inline Lanes3 difference(const Lanes3& a, const Lanes3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
-    return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
-}
 inline Lanes sizeOf(const Lanes3& p) {
     return most(magnitude(p.x), most(magnitude(p.y), magnitude(p.z)));
 }
@@ -73,14 +40,9 @@ inline Lanes sizeOf(const Lanes3& p) {
 /// Returns corner `corner` of four triangles relative to the light, in the frame of a face.
 inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* triangles, int corner,
                                const ShadowMapInfo& map, uint32_t face) {
-    const __m128i three = _mm_setr_epi32(-1, -1, -1, 0); // no byte beyond the last vertex
-    __m128 p[4];
-    for (int lane = 0; lane < 4; ++lane)
-        p[lane] = _mm_maskload_ps(
-            &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
-    _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
+    const Lanes3 vertex = vertices(geometry, triangles, corner);
     if (map.window.isDirectional()) { // as DirectionalWindow::lightFromWorld; face kDirectionalFace
-        const Lanes x = _mm256_cvtps_pd(p[0]), y = _mm256_cvtps_pd(p[1]), z = _mm256_cvtps_pd(p[2]);
+        const auto& [x, y, z] = vertex;
         const auto row = [&](const glm::dvec3& r, double offset) {
             return all(r.x) * x + all(r.y) * y + all(r.z) * z - all(offset);
         };
@@ -89,9 +51,9 @@ inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* tri
         return {row(window.u, window.u0) * depth, row(window.v, window.v0) * depth, depth};
     }
     const glm::vec3& lightWorld = map.lightPositionWorld;
-    const Lanes world[3] = {_mm256_cvtps_pd(p[0]) - all(double(lightWorld.x)),
-                            _mm256_cvtps_pd(p[1]) - all(double(lightWorld.y)),
-                            _mm256_cvtps_pd(p[2]) - all(double(lightWorld.z))};
+    const Lanes world[3] = {vertex.x - all(double(lightWorld.x)),
+                            vertex.y - all(double(lightWorld.y)),
+                            vertex.z - all(double(lightWorld.z))};
     // As faceFromLight: the face's axis comes last.
     const uint32_t axis = face / 2;
     const Lanes z = world[axis];

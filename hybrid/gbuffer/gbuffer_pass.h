@@ -4,7 +4,7 @@
 
 #include "cuda/pass.h"
 #include "cuda/split_work.h"
-#include "hybrid/gbuffer/gbuffer_raster.h"
+#include "hybrid/gbuffer/rasterize_cpu.h"
 
 namespace shadowdag {
 
@@ -14,7 +14,8 @@ struct GBuffer {
     explicit GBuffer(Backend backend)
         : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
           normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
-          triangle(backend, "g-buffer triangle"), baseColor(backend, "g-buffer base colour"),
+          triangle(backend, "g-buffer triangle"), parts(backend, "g-buffer visibility of threads"),
+          baseColor(backend, "g-buffer base colour"),
           large(backend, "g-buffer large triangles", kLargeTriangles),
           largeSetups(backend, "g-buffer setups of large triangles") {}
 
@@ -26,6 +27,7 @@ struct GBuffer {
     Buffer<glm::vec3> normalWorld;
     Buffer<float> depthView;
     Buffer<uint32_t> triangle;
+    Buffer<uint64_t> parts;           ///< of drawing by batch
     Buffer<glm::vec3> baseColor;      ///< empty in scenes without base colour textures
     SplitWork large;                  ///< of drawing by slots
     Buffer<SeenTriangle> largeSetups; ///< by item of `large`
@@ -69,7 +71,7 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
         triangles, batches.batches,          batches.boxesWorld, batches.triangles,
         view,      gbuffer.visibility.view()};
     if (backend == Backend::kCpu && draw == GBufferDraw::kByBatch) {
-        launchPass(CpuTag{}, seen);
+        rasterizeFrontToBack(seen, gbuffer.parts);
     } else {
         const SplitWorkView large = gbuffer.large.begin();
         gbuffer.largeSetups.resize(gbuffer.large.capacity());

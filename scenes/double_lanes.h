@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Four doubles at once, for the rasterizers of the CPU: the operations of glm on vectors of
+// doubles, in the same order, so that the results have the same bits.
+#pragma once
+
+#include "scenes/world.h"
+
+#if defined(__AVX2__) && !defined(__CUDACC__)
+#define SDAG_DOUBLE_LANES 1
+#include <immintrin.h>
+
+namespace shadowdag::avx2 {
+
+/// Four numbers, or four masks. glm::min(x, y) is y < x ? y : x, which is minpd(y, x).
+using Lanes = __m256d;
+inline Lanes all(double value) {
+    return _mm256_set1_pd(value);
+}
+inline Lanes least(Lanes x, Lanes y) {
+    return _mm256_min_pd(y, x);
+}
+inline Lanes most(Lanes x, Lanes y) {
+    return _mm256_max_pd(y, x);
+}
+inline Lanes negative(Lanes x) {
+    return _mm256_xor_pd(x, all(-0.0));
+}
+inline Lanes magnitude(Lanes x) {
+    return _mm256_andnot_pd(all(-0.0), x);
+}
+inline Lanes above(Lanes x, Lanes y) {
+    return _mm256_cmp_pd(x, y, _CMP_GT_OQ);
+}
+inline Lanes atLeast(Lanes x, Lanes y) {
+    return _mm256_cmp_pd(x, y, _CMP_GE_OQ);
+}
+
+struct Lanes3 {
+    Lanes x, y, z;
+};
+inline Lanes3 difference(const Lanes3& a, const Lanes3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+    return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+}
+inline Lanes dot(const Lanes3& a, const Lanes3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Lanes3 all(const glm::dvec3& value) {
+    return {all(value.x), all(value.y), all(value.z)};
+}
+inline uint32_t bitsOf(Lanes mask) {
+    return uint32_t(_mm256_movemask_pd(mask));
+}
+
+/// Returns corner `corner` of four triangles, in world space.
+inline Lanes3 vertices(const TriangleView& geometry, const uint32_t* triangles, int corner) {
+    const __m128i three = _mm_setr_epi32(-1, -1, -1, 0); // no byte beyond the last vertex
+    __m128 p[4];
+    for (int lane = 0; lane < 4; ++lane)
+        p[lane] = _mm_maskload_ps(
+            &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
+    _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
+    return {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])};
+}
+
+/// Requests what vertices() will read of four triangles, in two steps: first their corners'
+/// indices, then, when these have arrived, the positions. A batch's triangles are near in space,
+/// not in memory, so drawing otherwise waits for each.
+inline void requestTriangles(const TriangleView& geometry, const uint32_t* triangles,
+                             uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i)
+        _mm_prefetch(reinterpret_cast<const char*>(geometry.triangles.data + triangles[i]),
+                     _MM_HINT_T0);
+}
+inline void requestVertices(const TriangleView& geometry, const uint32_t* triangles,
+                            uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i)
+        for (int corner = 0; corner < 3; ++corner)
+            _mm_prefetch(reinterpret_cast<const char*>(geometry.positions.data +
+                                                       geometry.triangles[triangles[i]][corner]),
+                         _MM_HINT_T0);
+}
+
+} // namespace shadowdag::avx2
+
+#endif
