@@ -9,11 +9,14 @@
 #include <string>
 
 /// Evaluates a CUDA runtime call once and throws Error kDevice with that call's own code if it
-/// failed. Never compiled out.
+/// failed. The runtime forgets the error: CUB's next call would report it again. Never compiled
+/// out.
 #define CUDA_CHECK(call)                                                                           \
     do {                                                                                           \
         const cudaError_t sdagStatus_ = (call);                                                    \
-        if (sdagStatus_ != cudaSuccess)                                                            \
+        if (sdagStatus_ != cudaSuccess) {                                                          \
+            (void)cudaGetLastError();                                                              \
             throw ::shadowdag::Error(::shadowdag::ErrorKind::kDevice,                              \
                                      std::string(#call) + ": " + cudaGetErrorString(sdagStatus_)); \
+        }                                                                                          \
     } while (false)

@@ -103,6 +103,7 @@ void release(void* data) noexcept {
         (void)cudaFreeAsync(data, cudaStream_t(0));
     else
         (void)cudaFree(data);
+    (void)cudaGetLastError();
 }
 
 namespace {

@@ -17,7 +17,7 @@ constexpr unsigned kBlockThreads = 128;
 
 /// Queues a kernel of `blockCount` blocks of `threadCount` threads on the default stream, with
 /// copies of the arguments; nothing for no blocks. Throws Error kResource for more blocks than a
-/// device starts at once, kDevice if the runtime refuses the launch.
+/// device starts at once or no memory for its threads, kDevice if the runtime refuses the launch.
 template <class... Parameters>
 void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned threadCount,
                   const std::type_identity_t<Parameters>&... arguments) {
@@ -31,7 +31,14 @@ void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned thr
     config.gridDim = dim3(unsigned(blockCount));
     config.blockDim = dim3(threadCount);
     config.stream = cudaStream_t(0);
-    CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
+    const cudaError_t launched = cudaLaunchKernelEx(&config, kernel, arguments...);
+    if (launched == cudaErrorMemoryAllocation) { // of what its threads spill
+        (void)cudaGetLastError();
+        throw Error(ErrorKind::kResource,
+                    "no memory for a kernel's threads on the device; use a lower resolution, a "
+                    "smaller pool of pages (--pool), or a device with more memory");
+    }
+    CUDA_CHECK(launched);
 }
 
 /// The same for blocks of kBlockThreads.

@@ -24,10 +24,13 @@ public:
         guess_ = wanted > kept ? wanted : kept;
     }
     /// Forgets all lengths. @param spare elements that estimates add besides the eighth
-    void forget(size_t spare = kSpare) {
+    void forget(size_t spare) {
         guess_ = 0;
         spare_ = spare;
     }
+
+    /// The same with the spare elements as they are.
+    void forget() { guess_ = 0; }
 
     static constexpr size_t kSpare = 1024;
 

@@ -68,9 +68,10 @@ public:
     void take(std::vector<T> host) {
         if (isTaken_ && host == host_)
             return;
+        isTaken_ = false; // until it is available
         host_ = std::move(host);
-        isTaken_ = true;
         refer(viewOf(std::as_const(host_)));
+        isTaken_ = true;
     }
     /// Makes the next take copy its array even if it is the same.
     void forget() { isTaken_ = false; }
@@ -80,10 +81,12 @@ public:
 
 private:
     void refer(View<const T> host) {
-        view_ = host;
+        view_ = {}; // should there be no memory
         detail::countUpload(host.count * sizeof(T));
-        if (copy_.backend() == Backend::kCpu)
+        if (copy_.backend() == Backend::kCpu) {
+            view_ = host;
             return;
+        }
         copy_.resize(host.count);
         detail::copyBytes(copy_.backend(), copy_.view().data, Backend::kCpu, host.data,
                           host.count * sizeof(T));

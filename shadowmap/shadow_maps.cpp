@@ -613,6 +613,8 @@ void ShadowMaps::forget() {
     state_->maps.forget();
     state_->stepMaps.forget();
     state_->lastSteps = 0;
+    state_->reachedGuess.forget();
+    state_->drawGuess.forget();
 }
 
 View<const uint32_t> ShadowMaps::projectionMaps() const {

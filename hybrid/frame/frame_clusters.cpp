@@ -14,6 +14,11 @@ void FrameClusters::guessLengths(bool isOn, size_t spare) {
     clusterLightGuess_.forget(spare);
 }
 
+void FrameClusters::forgetLengths() {
+    clusterGuess_.forget();
+    clusterLightGuess_.forget();
+}
+
 void FrameClusters::prunePairs(const VisibleSurface& surface, const FrameOptions& options) {
     FrameScene& scene = context_.scene;
     const PruneFacing work{surface.view(), view(), lists(), scene.lights(), lights_.record.view()};

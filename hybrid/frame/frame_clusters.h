@@ -21,6 +21,8 @@ public:
     /// Sets whether lists have guessed lengths; forgets the guesses. @param spare as
     /// LengthGuess::forget
     void guessLengths(bool isOn, size_t spare);
+    /// Forgets the guesses alone.
+    void forgetLengths();
     bool isGuessing() const { return isGuessing_; }
     /// Returns how many lists of the last frame were guessed too short.
     uint64_t listRerunCount() const { return listRerunCount_; }

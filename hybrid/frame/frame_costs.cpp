@@ -150,9 +150,7 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
     for (int repeat = 0; repeat < repeats;
          ++repeat) { // alternately, so that both have the same noise
         raysMs.push_back(timeOf(*rays));
-        FrameResult drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
-        if (drawn.counts.listRerunCount > 0) // lists were as long as those of a map alone
-            drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
+        const FrameResult drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
         mapsMs.push_back(servingMs(drawn.stages));
         costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
         requests.clear();

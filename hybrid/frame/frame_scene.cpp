@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 namespace shadowdag {
@@ -71,8 +72,10 @@ void FrameScene::followMotion() {
         return;
     const TruthSpace before = std::exchange(space_, truthSpaceOf(boundsOfPositions()));
     if (hasBvh_ && before.origin != space_.origin) {
+        hasBvh_ = false; // built again if this fails
         moveToSpace(bvh_, before.origin, space_.origin);
         setBvh();
+        hasBvh_ = true;
     }
     movers_.update(world_, batchSet_.view(), space_, triangles(), batches());
     isFollowed_ = true;
@@ -105,15 +108,18 @@ Box FrameScene::boundsOfPositions() {
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                         StageTimes& ofLevels, StageTimes& ofRays) {
-    const auto mark = [](std::vector<uint32_t>& all, const BatchSet& set) {
-        const std::vector<uint32_t>& moved = set.movedBatches();
-        std::vector<uint32_t> both;
+    const bool wasCancelled = std::exchange(isUpdating_, true);
+    const auto mark = [wasCancelled](std::vector<uint32_t>& all, const BatchSet& set) {
+        std::vector<uint32_t> moved = set.movedBatches(), both;
+        if (wasCancelled) { // what that one moved is not known
+            moved.resize(set.size());
+            std::iota(moved.begin(), moved.end(), 0u);
+        }
         both.reserve(all.size() + moved.size());
         std::set_union(all.begin(), all.end(), moved.begin(), moved.end(),
                        std::back_inserter(both));
         all = std::move(both);
     };
-    const bool wasCancelled = std::exchange(isUpdating_, true);
     batchSet_.update(world_, movedInstances, &stages);
     if (polygonLod_)
         polygonLod_->update(movedInstances, &ofLevels);
@@ -159,8 +165,9 @@ MapGeometry FrameScene::mapGeometry(float lodTexels) {
     if (!(lodTexels > 0.0f))
         return {world_.triangles(), hostBatches()};
     if (!polygonLod_) {
-        polygonLod_ = std::make_unique<PolygonLod>(world_, batchOptions_);
-        levelGeometry_.set(polygonLod_->triangles(), polygonLod_->batches(0.0f));
+        auto made = std::make_unique<PolygonLod>(world_, batchOptions_);
+        levelGeometry_.set(made->triangles(), made->batches(0.0f));
+        polygonLod_ = std::move(made); // not before it is on the backend
     }
     return {polygonLod_->triangles(), polygonLod_->batches(lodTexels)};
 }
@@ -196,9 +203,10 @@ WideBvhView FrameScene::lightBvh() const {
 
 DagView FrameScene::hostCoveredDag() {
     if (coveredDag_.empty() && !hostDag_.empty()) {
-        coveredDag_ = withCoverage(hostDag_);
-        coveredWords_.set(coveredDag_.words);
-        wideCoverage_ = wideCoverage(coveredDag_, wideDag_);
+        Dag made = withCoverage(hostDag_);
+        coveredWords_.set(made.words);
+        wideCoverage_ = wideCoverage(made, wideDag_);
+        coveredDag_ = std::move(made); // its words stay in place
     }
     DagView view{viewOf(coveredDag_.words), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
     view.wide.coverage = viewOf(wideCoverage_);

@@ -59,6 +59,7 @@ void FrameState::guessLengths(bool isOn, size_t spare) {
 }
 
 void FrameState::forget() {
+    clusters.forgetLengths();
     routing.forget();
     maps.maps().forget();
 }

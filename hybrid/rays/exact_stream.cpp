@@ -2,6 +2,7 @@
 #include "hybrid/rays/exact_stream.h"
 
 #include "cuda/mutant.h"
+#include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/exact_stream_work.h"
 
 #include <algorithm>
@@ -90,6 +91,15 @@ void ExactStream::trace(const Light& light, View<const TruthStart> starts,
                               ? endError / double(light.directionalDistanceWorld) + 0x1p-22
                               : endError);
     work.size = 1.000001f * float(rays.geometry.diagonal + endError);
+    // A light so far away, beside the scene, that the rounding of its position is no small part of
+    // the scene: packets would confirm nearly every triangle.
+    constexpr double kRounding = 0x1p-24, kFarShare = 0x1p-10;
+    if (!isDirectional &&
+        16.0 * kRounding * 2.0 * double(glm::length(origin)) > kFarShare * rays.geometry.diagonal) {
+        for (size_t i = 0; i < which.count; ++i)
+            blocked[i] = isBlockedExactly({geometry_, bvh_}, rays.ray(i));
+        return;
+    }
     work.starts = starts_.data();
     work.receivers = receivers_.data();
     work.count = which.count;

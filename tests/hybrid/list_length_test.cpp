@@ -98,6 +98,20 @@ TEST_P(GuessedListsOn, AreMadeOnceForAStaticCamera) {
                   0u);
 }
 
+// A frame after a reset depends on itself alone: also how long it takes. On the way of the test
+// above, guesses of the camera before are too short.
+TEST_P(GuessedListsOn, AreReadAfterAReset) {
+    FrameRenderer renderer(GetParam(), world, dag);
+    renderer.guessLengths(true, 1);
+    FrameOptions options = smallFrame();
+    options.maxFaceTexels = 64;
+    for (const Camera& camera : path()) {
+        renderer.reset();
+        const FrameResult frame = renderer.render(camera, *makeCostModel("texels:0"), options);
+        EXPECT_EQ(frame.counts.listRerunCount, 0u);
+    }
+}
+
 // What frames draw in turn by several methods does not make the guess of the next too short.
 TEST_P(GuessedListsOn, OutliveFramesOfRaysAndFramesThatDrawNothingAnew) {
     FrameRenderer renderer(GetParam(), world, dag);

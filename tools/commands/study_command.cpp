@@ -49,9 +49,9 @@ void measureStudy(const StudyOptions& options, const CommandLine& commandLine) {
     // Refused before anything is moved.
     const std::unique_ptr<Study> study = makeStudy(file, request, console);
     if (commandLine.given("--cache") && !study->usesCache())
-        throw Error(ErrorKind::kUsage, "--cache is for studies of kind real, and study " +
-                                           file.name + " is of kind " +
-                                           file.json["kind"].get<std::string>() + "; drop it");
+        throw Error(ErrorKind::kUsage,
+                    "--cache is for studies of kind real and adjudication, and study " + file.name +
+                        " is of kind " + file.json["kind"].get<std::string>() + "; drop it");
     runStudy(file, *study, request, options.command, console);
 }
 
@@ -69,8 +69,9 @@ std::function<void()> declareStudy(CommandLine& commandLine) {
     commandLine.flag("--resume", options->command.resume, "Resume an interrupted study in DIR");
     commandLine.flag("--no-charts", options->command.noCharts,
                      "Omit the charts (they need python3-matplotlib)");
-    commandLine.text("--cache", options->cache, "DIR",
-                     "Directory for the voxels of real scenes, for studies of kind real");
+    commandLine.text(
+        "--cache", options->cache, "DIR",
+        "Directory for the voxels of scenes, for studies of kind real and adjudication");
     options->global.declare(commandLine);
     return [options, &commandLine] { measureStudy(*options, commandLine); };
 }

@@ -323,10 +323,11 @@ void printFit(std::ostream& out, const Json& result) {
         if (neighbour.value("is_cheaper", false) && neighbour.at("status") == "refuted")
             printModel("refuted", neighbour,
                        ": " +
-                           formatted("%.2f", neighbour.at("error_over_bound").is_null()
-                                                 ? 0.0
-                                                 : neighbour["error_over_bound"].get<double>()) +
-                           " times the bound at " +
+                           (neighbour.at("error_over_bound").is_null()
+                                ? "more than the bound of 0"
+                                : formatted("%.2f", neighbour["error_over_bound"].get<double>()) +
+                                      " times the bound") +
+                           " at " +
                            formatted("%.2f", neighbour.at("cost_over_choice").get<double>()) +
                            " times the cost");
 }

@@ -120,7 +120,7 @@ uint32_t Workspace::voxelsOf(const RunParameters& run) const {
 
 void Workspace::setTime(float timeSeconds) {
     const bool areAllReported = std::all_of(voxels_.begin(), voxels_.end(),
-                                            [](const auto& of) { return of.second.moved.empty(); });
+                                            [](const auto& of) { return of.second.isReported; });
     if (timeSeconds != world().timeSeconds() || !areAllReported)
         advance(timeSeconds);
 }
@@ -132,6 +132,7 @@ void Workspace::advance(float timeSeconds) {
         of.followTimes = {};
         if (of.renderers.empty())
             continue;
+        of.isReported = false; // lights alone may have moved
         of.moved.insert(of.moved.end(), moved.begin(), moved.end());
     }
     for (auto& [resolutionLog2, of] : voxels_) {
@@ -141,6 +142,7 @@ void Workspace::advance(float timeSeconds) {
             of.renderers.front()->worldChanged(of.moved, &of.followTimes.ofLevels,
                                                &of.followTimes.ofRays);
         of.moved.clear();
+        of.isReported = true;
     }
 }
 

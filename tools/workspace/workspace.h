@@ -108,6 +108,7 @@ private:
         std::unique_ptr<Dag> dag; ///< stable address for renderers
         std::vector<std::unique_ptr<FrameRenderer>> renderers;
         std::vector<uint32_t> moved; ///< moved instances that were not passed to the renderers yet
+        bool isReported = true;      ///< whether the renderers know the world's time
         FollowTimes followTimes;
     };
 

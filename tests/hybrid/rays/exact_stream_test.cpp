@@ -156,6 +156,23 @@ TEST(ExactStream, BlocksWhatATestOfEveryTriangleBlocks) {
     }
 }
 
+// The rounding of a light's place far beside the scene is no reason to confirm every triangle.
+TEST(ExactStream, FarLightsAreTracedWithoutConfirmingEveryTriangle) {
+    RecordProperty("seed", std::to_string(kSeed));
+    Random random(kSeed);
+    Stage stage;
+    addClump(stage, random, glm::vec3(0));
+    stage.build();
+    for (const float distance : {1e3f, 1e4f, 1e6f, 1e8f}) {
+        SCOPED_TRACE(distance);
+        const Light light = pointLight(distance * glm::normalize(glm::vec3(1, 2, 0.5f)));
+        const Outcome o = compareWithEveryTriangle(stage, light, 400, random,
+                                                   [&] { return insideWeights(random); });
+        EXPECT_GT(o.blockedCount, o.rayCount / 10);
+        EXPECT_LT(o.confirmCount, 3 * o.rayCount);
+    }
+}
+
 // Triangles that are points share leaves with blockers and stand before them.
 TEST(ExactStream, PointsInALeafHideNoTriangle) {
     RecordProperty("seed", std::to_string(kSeed));

@@ -123,7 +123,7 @@ TEST(StudyFailures, ScenesThatCannotBeMeasuredAreRefusedBeforeUnfinishedWorkIsDe
     EXPECT_THAT(refused({"stability", "--only", "time-lights", "builtin:atrium"}),
                 HasSubstr("cannot be moved; use a failure scene"));
     EXPECT_THAT(refused({"failures", "--cache", directory / "c"}),
-                HasSubstr("--cache is for studies of kind real, and study failures is of kind"));
+                HasSubstr("--cache is for studies of kind real and adjudication, and study"));
 }
 
 TEST(StudyReal, WritesAReportOfAnyLitSceneAndRefusesContradictions) {

@@ -43,6 +43,22 @@ std::string complaintAbout(const std::string& name, const std::function<void(Jso
     return complaintOf([&] { makeStudy(file, {Backend::kCpu, {}, scenes, "", ""}, console); });
 }
 
+// The second would be taken for the first: parts, pictures and the journal go by names.
+TEST(Study, ScenesThatWouldHaveOneNameAreRefused) {
+    const Console console(true);
+    for (const char* name : {"failures", "stability"})
+        for (const char* other : {"b/x.glb", "builtin:x"}) {
+            const std::vector<std::string> scenes{"a/x.glb", other};
+            EXPECT_THAT(
+                complaintOf([&] {
+                    makeStudy(findStudy(name), {Backend::kCpu, {}, scenes, "", ""}, console);
+                }),
+                testing::AllOf(testing::HasSubstr("two of the scenes given"),
+                               testing::HasSubstr("-x' in the report")))
+                << name << ", " << other;
+        }
+}
+
 TEST(Study, ShippedStudiesAreThoseInTheRepository) {
     EXPECT_EQ(shippedStudies().size(), 7u);
     for (const StudyFile& study : shippedStudies()) {
