@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables of a GPU in docs/results.md from what tools/gpu_check measured there.
 
-    device docs/results.md tests/bench/results/gpu.json [tests/bench/results/gpu_sanitizers.json] [--check]
+    device docs/results.md tests/bench/results/gpu.json [gpu_sanitizers.json [gpu_rays.json]] [--check]
 
-The second file is of a run of sanitizers and profiles alone, which have no time beside the rest. With --check nothing is written, and the file is refused when it differs from the generated text.
+The second file is of a run of sanitizers and profiles alone, which have no time beside the rest; the third of a run with rays, if the
+first has none. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import re
 
@@ -107,8 +108,9 @@ def sanitizers_table(steps):
             *(f"| `{program}` | " + " | ".join(row.get(tool, "") for tool in tools) + " |" for program, row in cells.items())]
 
 
-def text_of(results, checks=None):
-    """Returns everything between the markers. checks: the results of sanitizers and profiles, if they are others"""
+def text_of(results, checks=None, traced=None):
+    """Returns everything between the markers. checks: the results of sanitizers and profiles, traced: those of rays, if they are others"""
+    traced = traced or results
     steps = [step for step in results["steps"] if checks is None or not re.match(r"\w+check ", step["step"])]
     passed = [step["step"] for step in steps if step["ok"]]
     late = [step["step"] for step in steps if not step["ok"] and LATE.search(step["note"])]
@@ -119,14 +121,17 @@ def text_of(results, checks=None):
              (f'; failed: {", ".join(failed)}.' if failed else "."), "",
              f"Median of {frames} consecutive frames at {size} in the second lap, in ms: the frame by the wall clock, and groups of "
              "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
-             f'Million rays a second of the whole device at {results["rays"][0]["resolution"]}^3. Ours are the bits of the CPU; of NanoVDB\'s at most 0.5 % may differ:', "",
-             *rays_table(results["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
+             f'Million rays a second of the whole device at {traced["rays"][0]["resolution"]}^3'
+             + ("" if traced is results else f' ({traced["device"]["nvidia_smi"].split(",")[0]}, commit {traced["commit"]})') +
+             ". Ours are the bits of the CPU; of NanoVDB's at most 0.5 % may differ:", "",
+             *rays_table(traced["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
     if checks is not None:
         lines += [f'Sanitizers of CUDA over tests of parity, at commit {checks["commit"]}:', "",
                   *sanitizers_table(checks["steps"]), ""]
     if (checks or results).get("profiles"):
         lines += ["Kernels of one warm frame, measured one by one by ncu: their throughput of device memory, the warps that an SM "
-                  "has of those that fit, and the lanes of 32 that work:", "", *kernels_table((checks or results)["profiles"]), ""]
+                  "has of those that fit, and the lanes of 32 that work" +
+                  ("" if checks is None else f' ({checks["device"]["nvidia_smi"].split(",")[0]})') + ":", "", *kernels_table((checks or results)["profiles"]), ""]
     return "\n".join(lines) + "\n"
 
 
