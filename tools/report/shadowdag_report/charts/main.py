@@ -103,8 +103,8 @@ def draw(paths, directory, mixed=False):
     looks = looks_of(panels)
     shares = [wrong(r) for _, _, runs in panels for r in runs if wrong(r) > 0] or [1.0]
     floor, top = min(shares) / 3, max(shares) * 1.8
-    columns = min(COLUMNS, len(panels))
-    rows = -(-len(panels) // columns)
+    rows = -(-len(panels) // COLUMNS)
+    columns = -(-len(panels) // rows)
     figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * max(columns / COLUMNS, NARROWEST) + 0.4, 0.55 + 1.35 * rows),
                                 sharey=True, squeeze=False)
     for axes, (scene, size, runs) in zip(grid.flat, panels):
