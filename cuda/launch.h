@@ -38,7 +38,11 @@ void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned thr
                     "no memory for a kernel's threads on the device; use a lower resolution, a "
                     "smaller pool of pages (--pool), or a device with more memory");
     }
-    CUDA_CHECK(launched);
+    if (launched != cudaSuccess) {
+        (void)cudaGetLastError();
+        throw Error(ErrorKind::kDevice,
+                    std::string("cudaLaunchKernelEx: ") + cudaGetErrorString(launched));
+    }
 }
 
 /// The same for blocks of kBlockThreads.

@@ -59,11 +59,11 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         state.shading.shade(shading);
     }
 
-    // For reports, not part of the frame's time.
     if (backend == Backend::kCuda)
         QueueMark().wait();
     result.wallMs =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    // For reports, not part of the frame's time.
     stages.settle();
     result.counting.settle();
     const HostCopyCounts after = state.device->copyCounts();

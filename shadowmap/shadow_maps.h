@@ -118,7 +118,7 @@ struct MapInputs {
     TriangleView geometry;
     BatchView batches; ///< with their hierarchy
     /// Whether build() is told of all moved batches; if not, it compares the boxes of all.
-    bool areMovedNamed = true;
+    bool areMovedNamed = false;
 };
 
 /// Builds and holds the shadow maps of one frame on one backend.

@@ -52,7 +52,7 @@ void DrawnMaps::build(const FrameClusters& clusters, const std::vector<MapRecord
     const std::vector<uint32_t> moved = moved_.take(options.maps.lodTexels);
     maps_.build(requests,
                 {clusters.clusters().boxesWorld.view(), std::as_const(receivers_.list).view(),
-                 onBackend.triangles, onBackend.batches},
+                 onBackend.triangles, onBackend.batches, true},
                 scene.mapGeometry(options.maps.lodTexels).batches, options.maps, stages,
                 viewOf(moved));
 }

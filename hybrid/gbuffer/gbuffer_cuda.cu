@@ -18,7 +18,7 @@ struct WarpTriangles {
 /// Sets up a triangle; returns how many pixels may see it. A large one is put on the list of large
 /// ones, and has none here.
 __device__ uint32_t setUpSmall(const RasterizeSlots& work, uint32_t triangle, SeenTriangle& seen) {
-    const RasterizeBatches& batches = work.batches;
+    const BatchesInView& batches = work.batches;
     if (!setUpSeen(batches.triangles, triangle, batches.view, seen))
         return 0;
     const int width = seen.rect.maxX - seen.rect.minX + 1,
@@ -37,7 +37,7 @@ __device__ uint32_t setUpSmall(const RasterizeSlots& work, uint32_t triangle, Se
 // One warp per 32 slots of a batch.
 __global__ void __launch_bounds__(kBlockThreads, 8) rasterizeSlotsKernel(RasterizeSlots work) {
     __shared__ WarpTriangles space[kBlockThreads / kGroupLanes];
-    const RasterizeBatches& batches = work.batches;
+    const BatchesInView& batches = work.batches;
     const uint32_t lane = laneOfWarp(), runs = warpsOf(work.slotsPerBatch);
     const size_t b = warpOfGrid() / runs;
     if (b >= batches.batches.count)

@@ -67,7 +67,7 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
                         GBufferDraw draw = GBufferDraw::kByBatch) {
     gbuffer.resize(view.width, view.height);
     gbuffer.visibility.fill(0xff); // kNothingSeen
-    const RasterizeBatches seen{
+    const BatchesInView seen{
         triangles, batches.batches,          batches.boxesWorld, batches.triangles,
         view,      gbuffer.visibility.view()};
     if (backend == Backend::kCpu && draw == GBufferDraw::kByBatch) {

@@ -178,23 +178,14 @@ SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t in
         coverPixels(triangles, seen, seen.rect, view, visibility);
 }
 
-/// Draws the batches that may be seen, one batch per item: on the CPU.
-struct RasterizeBatches {
+/// What is drawn, and where.
+struct BatchesInView {
     TriangleView triangles;
     View<const Batch> batches;
     View<const Box> batchBoxes;
     View<const uint32_t> batchTriangles;
     ViewRays view;
     View<uint64_t> visibility;
-
-    size_t itemCount() const { return batches.count; }
-    size_t grain() const { return 8; }
-    SDAG_HD void operator()(size_t b) const {
-        if (!mayBeSeen(batchBoxes[b], view))
-            return;
-        for (uint32_t i = 0; i < batches[b].count; ++i)
-            rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
-    }
 };
 
 /// Triangles whose rectangle has more pixels than this are split into tiles of so many pixels per
@@ -205,7 +196,7 @@ constexpr int kPartPixels = int(kGroupLanes);
 /// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, if it is large, puts it on the
 /// list. A GPU does the same for 32 triangles at once (gbuffer_cuda.cu).
 struct RasterizeSlots {
-    RasterizeBatches batches;
+    BatchesInView batches;
     uint32_t slotsPerBatch;    ///< no batch holds more triangles
     SplitWorkView large;       ///< a: the triangle
     View<SeenTriangle> setups; ///< by item of the list, as long as it
@@ -277,7 +268,7 @@ SDAG_HD inline bool isHidden(const SeenTriangle& seen, const PixelRect& column,
 
 /// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
 struct RasterizeLarge {
-    RasterizeBatches batches;
+    BatchesInView batches;
     SplitWorkView parts;
     View<const SeenTriangle> setups; ///< of RasterizeSlots
 

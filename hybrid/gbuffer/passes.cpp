@@ -4,8 +4,7 @@
 #include "hybrid/gbuffer/gbuffer_raster.h"
 #include "hybrid/gbuffer/resolve_base_color.h"
 
-SDAG_CPU_PASS(RasterizeBatches) // a GPU draws by slots
-SDAG_CPU_PASS(RasterizeSlots)   // gbuffer_cuda.cu has a kernel
+SDAG_CPU_PASS(RasterizeSlots) // gbuffer_cuda.cu has a kernel
 SDAG_PASS(RasterizeLarge)
 SDAG_PASS(ResolveSamples)
 SDAG_PASS(ResolveBaseColor)

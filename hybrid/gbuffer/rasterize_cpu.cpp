@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CPU's own kernel of gbuffer_raster.h: batches front to back; four triangles are set up at
 // once, and four pixels of a row are covered at once, by the same operations in the same order, so
-// that the visibility buffer has the same bits. What a lane cannot handle uses the shared code.
+// that the visibility buffer has the same bits. Only the rectangle of pixels that may see a
+// triangle is computed otherwise; its margin is far more than the difference. What a lane cannot
+// handle uses the shared code.
 #include "hybrid/gbuffer/rasterize_cpu.h"
 
 #include "cuda/backend.h"
@@ -24,7 +26,7 @@ struct SeenBatch {
 };
 
 /// Returns the batches that may be seen, the nearest first: what they hide is then not written.
-std::vector<SeenBatch> seenBatches(const RasterizeBatches& work) {
+std::vector<SeenBatch> seenBatches(const BatchesInView& work) {
     std::vector<SeenBatch> seen(work.batches.count);
     parallelFor<CpuTag>(
         seen.size(),
@@ -222,7 +224,7 @@ inline void coverPixelsLanes(const SeenTriangle& seen, const ViewRays& view,
     }
 }
 
-template <bool isShared> void drawTriangle(const RasterizeBatches& work, const SeenTriangle& seen) {
+template <bool isShared> void drawTriangle(const BatchesInView& work, const SeenTriangle& seen) {
     if (work.triangles.masks.isCut(seen.triangle))
         coverPixels(work.triangles, seen, seen.rect, work.view, work.visibility);
     else
@@ -231,7 +233,7 @@ template <bool isShared> void drawTriangle(const RasterizeBatches& work, const S
 
 /// @param next the batch that is drawn after this one, or this one
 template <bool isShared>
-void drawBatch(const RasterizeBatches& work, const Batch& batch, const Batch& next) {
+void drawBatch(const BatchesInView& work, const Batch& batch, const Batch& next) {
     const uint32_t *const triangles = &work.batchTriangles[batch.first],
                           *const nextTriangles = &work.batchTriangles[next.first];
     const auto fourOf = [](const Batch& of, uint32_t first) {
@@ -266,7 +268,7 @@ void drawBatch(const RasterizeBatches& work, const Batch& batch, const Batch& ne
 
 /// Draws with one visibility buffer a thread, which needs no atomics, and merges them.
 /// @param parts of all threads but the first, which draws into work.visibility
-void drawInParts(const RasterizeBatches& work, const std::vector<SeenBatch>& seen, size_t partCount,
+void drawInParts(const BatchesInView& work, const std::vector<SeenBatch>& seen, size_t partCount,
                  Buffer<uint64_t>& parts) {
     const View<uint64_t> all = work.visibility;
     parts.resize((partCount - 1) * all.count);
@@ -274,15 +276,15 @@ void drawInParts(const RasterizeBatches& work, const std::vector<SeenBatch>& see
     const auto visibilityOf = [&](size_t part) {
         return part == 0 ? all : View<uint64_t>{&parts.view()[(part - 1) * all.count], all.count};
     };
-    constexpr size_t kRoundBatches = 4096; // between two polls for a cancelled frame
-    constexpr size_t kTaken = 8;           // batches at a time
+    constexpr size_t kRoundBatches = 512; // between two polls for a cancelled frame
+    constexpr size_t kTaken = 8;          // batches at a time
     for (size_t begin = 0; begin < seen.size(); begin += kRoundBatches) {
         const size_t end = std::min(begin + kRoundBatches, seen.size());
         std::atomic<size_t> taken{begin};
         parallelFor<CpuTag>(
             partCount,
             [&](size_t part) {
-                RasterizeBatches own = work;
+                BatchesInView own = work;
                 own.visibility = visibilityOf(part);
                 for (size_t first; (first = taken.fetch_add(kTaken)) < end;)
                     for (size_t i = first; i < std::min(first + kTaken, end); ++i)
@@ -301,11 +303,13 @@ void drawInParts(const RasterizeBatches& work, const std::vector<SeenBatch>& see
             4096);
 }
 
-void drawBatches(const RasterizeBatches& work, const std::vector<SeenBatch>& seen,
+void drawBatches(const BatchesInView& work, const std::vector<SeenBatch>& seen,
                  Buffer<uint64_t>& parts) {
     constexpr size_t kMostParts = 4; // more would take longer to clear and to merge
+    constexpr size_t kMostBytes = size_t(256) << 20;
     const size_t threads = size_t(threadCount());
-    if (threads <= kMostParts) {
+    if (threads <= kMostParts &&
+        (threads - 1) * work.visibility.count * sizeof(uint64_t) <= kMostBytes) {
         drawInParts(work, seen, threads, parts);
         return;
     }
@@ -320,8 +324,7 @@ void drawBatches(const RasterizeBatches& work, const std::vector<SeenBatch>& see
 
 #else
 
-void drawBatches(const RasterizeBatches& work, const std::vector<SeenBatch>& seen,
-                 Buffer<uint64_t>&) {
+void drawBatches(const BatchesInView& work, const std::vector<SeenBatch>& seen, Buffer<uint64_t>&) {
     parallelFor<CpuTag>(
         seen.size(),
         [&](size_t i) {
@@ -337,7 +340,7 @@ void drawBatches(const RasterizeBatches& work, const std::vector<SeenBatch>& see
 
 } // namespace
 
-void rasterizeFrontToBack(const RasterizeBatches& work, Buffer<uint64_t>& parts) {
+void rasterizeFrontToBack(const BatchesInView& work, Buffer<uint64_t>& parts) {
     drawBatches(work, seenBatches(work), parts);
 }
 

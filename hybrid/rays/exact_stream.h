@@ -27,7 +27,8 @@ public:
                View<const glm::vec3> positionsWorld, View<const uint32_t> which,
                View<uint8_t> blocked);
 
-    /// Returns how many pairs of a ray and a triangle were decided in double so far.
+    /// Returns how many pairs of a ray and a triangle packets left to the test in double so far;
+    /// rays of lights far beside the scene go one by one and are not counted.
     uint64_t confirmCount() const { return confirmCount_; }
 
 private:

@@ -247,7 +247,12 @@ def of_gpu(results):
     times = {label: ms(label) for label in (kept, cold, exact, voxel)}
     drawn = [runs["hybrid texels:96 believe none"] for runs in scenes.values()]
     traced = [name for name, runs in scenes.items() if runs["hybrid texels:1536 believe none"]["drawn_map_count"] == 0]
+    before, now = ({(row["scene"], row["method"]): row["stages_ms"] for row in json.loads((results / name).read_text())["frames"]}
+                   ["necropolis", "maps"] for name in ("gpu_before.json", "gpu.json"))
     return {"docs/results.md": [
+        f"the update of the scene took {before['scene update']:.2f} ms and the commit of pages {before['page commit']:.2f} ms",
+        f"after it {now['scene update']:.2f} and {now['page commit']:.2f} ms",
+        f"went from {before['batch boxes']:.2f} to {now['batch boxes']:.2f} ms",
         f"Kept maps are the fastest frames everywhere: {span(times[kept].values(), '{:.1f}')} ms, "
         f"{span([times[kept][name] / times[voxel][name] for name in scenes])} of the time of voxel rays",
         f"with {min(wrong(runs[kept]) for runs in scenes.values()):.2f} to {max(wrong(runs[kept]) for runs in scenes.values()):.1f} % of the pairs wrong where "

@@ -80,6 +80,15 @@ class GpuCheck(unittest.TestCase):
         self.assertIn("rasterization", " ".join(table))
         self.assertTrue(all(len(line.split()) >= 4 for line in table))
 
+    def test_measures_the_chart_where_it_is_asked_for(self):
+        done = run("--backend", "cpu", "--smoke", "--build", BUILD, "-o", self.out, "--only", "chart", "--placed", "builtin:fail-acne")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual([step["step"] for step in self.results()["steps"]][2:], ["chart main_placed_gpu", "chart main_gpu"])
+        for experiment, scene in (("main_placed_gpu", "builtin:fail-acne"), ("main_gpu", "builtin:atrium")):
+            runs = json.loads((self.out / experiment / "results.json").read_text())["runs"]
+            self.assertEqual({run["scene"] for run in runs}, {scene})
+            self.assertEqual({run["method"] for run in runs}, {"dag", "maps", "hybrid"})
+
     def test_without_a_device_says_what_is_missing_and_exits_with_4(self):
         done = run("--build", BUILD, "-o", self.out, CUDA_VISIBLE_DEVICES="")
         self.assertEqual(done.returncode, 4, done.stdout)

@@ -420,13 +420,13 @@ RunParameters variantRun(const Variant& v, const FrameOptions& base) {
     run.frame.reorderLights = v.reorderLights;
     run.frame.routeMargin = v.routeMargin.value_or(base.routeMargin);
     run.frame.pruning = v.pruning;
-    if (v.method == Variant::Method::kHybrid && v.pruning == PairPruning::kLit &&
+    if (v.method != Variant::Method::kMaps && v.pruning == PairPruning::kLit &&
         !run.frame.rays.believesAll())
-        throw Error(ErrorKind::kUsage,
-                    "variant '" + run.variant +
-                        "': LP takes voxel rays' word that a pair is lit, also for pairs that its "
-                        "rays, which do not believe all voxels, would decide; use --believe all, "
-                        "or drop LP");
+        throw Error(
+            ErrorKind::kUsage,
+            "variant '" + run.variant +
+                "': LP decides pairs by voxel rays, also pairs of its own rays, which do not "
+                "believe all voxels; use --believe all, or drop LP");
     if (v.lodTexels > 0)
         run.frame.maps.lodTexels = v.lodTexels;
     run.frame.maps.culling = v.culling;

@@ -96,6 +96,12 @@ TEST(CudaHostBuffers, EveryOtherCallThatFailsIsADeviceErrorAndLeavesNothing) {
             << function;
 }
 
+// Threads of a kernel need memory for what they spill; the error is not left for the next call.
+TEST(CudaHostBuffers, ALaunchWithoutMemoryIsAResourceErrorThatIsToldOnce) {
+    EXPECT_GE(failEach("cudaLaunchKernelEx", cudaErrorMemoryAllocation, ErrorKind::kResource), 1u);
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+}
+
 TEST(CudaHostBuffers, AnEventThatIsNotMadeIsADeviceErrorAfterAllKeptOnesAreTaken) {
     void* const first = device::recordMark();
     device::releaseMark(first);

@@ -209,6 +209,24 @@ TEST(Variants, ADashInAnExpressionIsRefusedWithARemedy) {
     EXPECT_THAT(refusal("Hybrid-XX"), Not(HasSubstr(remedy)));
 }
 
+// Proofs of voxel rays would decide pairs that the frame's own rays do not believe voxels about.
+TEST(Variants, ProofsOfLightNeedMapsOrRaysThatBelieveAllVoxels) {
+    FrameOptions base;
+    for (const float believe : {0.0f, 0.5f}) {
+        base.rays.believe = believe;
+        for (const char* name : {"RT-LP", "Hybrid-LP"}) {
+            try {
+                variantRun(parseVariant("--variants", name), base);
+                ADD_FAILURE() << name << " was taken with believe " << believe;
+            } catch (const Error& error) {
+                EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+                EXPECT_THAT(error.what(), HasSubstr("LP decides pairs by voxel rays"));
+            }
+        }
+        EXPECT_NO_THROW(variantRun(parseVariant("--variants", "PMCD-LP"), base));
+    }
+}
+
 TEST(Variants, SwitchesReachTheFrame) {
     FrameOptions base;
     base.width = 100;
