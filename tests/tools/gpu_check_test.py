@@ -201,7 +201,7 @@ class GpuCheck(unittest.TestCase):
         bundle = self.folder / "bundle"
         done = run("pack", "--build", BUILD, "--tests", "cuda_test", "--preset", "0", "-o", bundle)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(sorted(path.name for path in bundle.iterdir()), ["gpu_check", "gpu_check.tar.xz"])
+        self.assertEqual(sorted(path.name for path in bundle.iterdir()), ["gpu_check", "gpu_check.tar.xz", "main_gpu.json", "main_placed_gpu.json"])
         self.assertLess((bundle / "gpu_check.tar.xz").stat().st_size, 64 << 20)
         done = subprocess.run([sys.executable, bundle / "gpu_check", "--bundle", bundle, "--backend", "cpu", "--smoke",
                                "--tests", "cuda_test", "-o", self.out], capture_output=True, text=True, cwd="/")
