@@ -54,6 +54,16 @@ inline uint32_t bitsOf(Lanes mask) {
     return uint32_t(_mm256_movemask_pd(mask));
 }
 
+/// Stores the whole numbers of [from, to] within [0, end]; returns the lanes that have any.
+inline Lanes wholeSpans(Lanes from, Lanes to, Lanes end, int32_t* first, int32_t* last) {
+    const Lanes zero = _mm256_setzero_pd();
+    const Lanes lo = _mm256_ceil_pd(_mm256_max_pd(from, zero)),
+                hi = _mm256_floor_pd(_mm256_min_pd(to, end));
+    _mm_store_si128(reinterpret_cast<__m128i*>(first), _mm256_cvttpd_epi32(lo));
+    _mm_store_si128(reinterpret_cast<__m128i*>(last), _mm256_cvttpd_epi32(hi));
+    return _mm256_and_pd(_mm256_and_pd(atLeast(end, from), atLeast(to, zero)), atLeast(hi, lo));
+}
+
 /// Returns corner `corner` of four triangles, in world space.
 inline Lanes3 vertices(const TriangleView& geometry, const uint32_t* triangles, int corner) {
     const __m128i three = _mm_setr_epi32(-1, -1, -1, 0); // no byte beyond the last vertex

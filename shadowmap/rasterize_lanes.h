@@ -94,12 +94,7 @@ struct alignas(32) FaceTriangles {
 inline Lanes texelSpans(Lanes lo, Lanes hi, Lanes half, Lanes end, int32_t* first, int32_t* last) {
     const Lanes a = (lo + all(1.0)) * half - all(0.5) - all(1e-6);
     const Lanes b = (hi + all(1.0)) * half - all(0.5) + all(1e-6);
-    const Lanes zero = _mm256_setzero_pd();
-    const Lanes from = _mm256_ceil_pd(_mm256_max_pd(a, zero));
-    const Lanes to = _mm256_floor_pd(_mm256_min_pd(b, end));
-    _mm_store_si128(reinterpret_cast<__m128i*>(first), _mm256_cvttpd_epi32(from));
-    _mm_store_si128(reinterpret_cast<__m128i*>(last), _mm256_cvttpd_epi32(to));
-    return _mm256_and_pd(_mm256_and_pd(atLeast(end, a), atLeast(b, zero)), atLeast(to, from));
+    return wholeSpans(a, b, end, first, last);
 }
 
 /// setUpTriangle in lanes. Returns the lanes (bit i = lane i) that can cover texels and are set up
@@ -108,7 +103,6 @@ inline Lanes texelSpans(Lanes lo, Lanes hi, Lanes half, Lanes end, int32_t* firs
 inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c,
                                const ShadowMapInfo& map, uint32_t wanted, uint32_t& crossing,
                                FaceTriangles& t) {
-    const auto bits = [](Lanes mask) { return uint32_t(_mm256_movemask_pd(mask)); };
     const auto allOutside = [](Lanes p, Lanes pz, Lanes q, Lanes qz, Lanes r, Lanes rz) {
         return _mm256_and_pd(_mm256_and_pd(above(p, pz), above(q, qz)), above(r, rz));
     };
@@ -119,9 +113,9 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
                      allOutside(negative(a.y), a.z, negative(b.y), b.z, negative(c.y), c.z)));
     const Lanes zMin = least(a.z, least(b.z, c.z));
     const Lanes zMax = most(a.z, most(b.z, c.z));
-    uint32_t kept = wanted & ~bits(outside) & bits(above(zMax, _mm256_setzero_pd()));
+    uint32_t kept = wanted & ~bitsOf(outside) & bitsOf(above(zMax, _mm256_setzero_pd()));
     const double zNear = nearDepth(map);
-    crossing = kept & ~bits(above(zMin, all(zNear)));
+    crossing = kept & ~bitsOf(above(zMin, all(zNear)));
     kept &= ~crossing;
     if (!kept)
         return 0;
@@ -130,10 +124,10 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     const Lanes ra = one / a.z, rb = one / b.z, rc = one / c.z;
     const Lanes ua = a.x * ra, ub = b.x * rb, uc = c.x * rc;
     kept &=
-        bits(texelSpans(least(ua, least(ub, uc)), most(ua, most(ub, uc)), half, end, t.x0, t.x1));
+        bitsOf(texelSpans(least(ua, least(ub, uc)), most(ua, most(ub, uc)), half, end, t.x0, t.x1));
     const Lanes va = a.y * ra, vb = b.y * rb, vc = c.y * rc;
     kept &=
-        bits(texelSpans(least(va, least(vb, vc)), most(va, most(vb, vc)), half, end, t.y0, t.y1));
+        bitsOf(texelSpans(least(va, least(vb, vc)), most(va, most(vb, vc)), half, end, t.y0, t.y1));
     if (!kept)
         return 0;
     // Division is monotone: the greatest of the reciprocals is that of the least depth.
@@ -144,7 +138,8 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     const Lanes3 normal = cross(ab, ac);
     const Lanes k = normal.x * a.x + normal.y * a.y + normal.z * a.z;
     const Lanes sizeA = sizeOf(a), sizeB = sizeOf(b), sizeC = sizeOf(c);
-    kept &= bits(above(magnitude(k), all(kDeterminantRounding) * sizeOf(ab) * sizeOf(ac) * sizeA));
+    kept &=
+        bitsOf(above(magnitude(k), all(kDeterminantRounding) * sizeOf(ab) * sizeOf(ac) * sizeA));
     if (!kept)
         return 0;
     // sign * x is x with its sign turned where k is negative.

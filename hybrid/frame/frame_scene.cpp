@@ -110,11 +110,13 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
                         StageTimes& ofLevels, StageTimes& ofRays) {
     const bool wasCancelled = std::exchange(isUpdating_, true);
     const auto mark = [wasCancelled](std::vector<uint32_t>& all, const BatchSet& set) {
-        std::vector<uint32_t> moved = set.movedBatches(), both;
         if (wasCancelled) { // what that one moved is not known
-            moved.resize(set.size());
-            std::iota(moved.begin(), moved.end(), 0u);
+            all.resize(set.size());
+            std::iota(all.begin(), all.end(), 0u);
+            return;
         }
+        const std::vector<uint32_t>& moved = set.movedBatches();
+        std::vector<uint32_t> both;
         both.reserve(all.size() + moved.size());
         std::set_union(all.begin(), all.end(), moved.begin(), moved.end(),
                        std::back_inserter(both));

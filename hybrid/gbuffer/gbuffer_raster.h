@@ -110,8 +110,7 @@ SDAG_HD inline bool mayBeSeen(const Box& box, const ViewRays& view) {
 }
 
 /// A triangle set up for the view. edge k (3: the plane) at pixel (x, y) = start + y * perY + x *
-/// perX; the sign of an edge is the side on which the pixel's ray passes. A ray that meets the
-/// triangle in front of the camera passes all edges on the side that has the sign of `plane`.
+/// perX; the sign of an edge is the side on which the pixel's ray passes.
 struct SeenTriangle {
     double start[4], perX[4], perY[4];
     double plane;
@@ -145,7 +144,7 @@ SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, con
 SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangle& seen,
                                 const PixelRect& rect, const ViewRays& view,
                                 View<uint64_t> visibility) {
-    const bool isCut = triangles.masks.isCut(seen.triangle), isAbove = seen.plane > 0.0;
+    const bool isCut = triangles.masks.isCut(seen.triangle);
     for (int y = rect.minY; y <= rect.maxY; ++y) {
         double row[4];
         for (int i = 0; i < 4; ++i)
@@ -155,7 +154,7 @@ SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangl
             const double e1 = row[1] + double(x) * seen.perX[1];
             const double e2 = row[2] + double(x) * seen.perX[2];
             const bool isInside =
-                isAbove ? e0 >= 0.0 && e1 >= 0.0 && e2 >= 0.0 : e0 <= 0.0 && e1 <= 0.0 && e2 <= 0.0;
+                (e0 >= 0.0 && e1 >= 0.0 && e2 >= 0.0) || (e0 <= 0.0 && e1 <= 0.0 && e2 <= 0.0);
             if (!isInside)
                 continue;
             const double depth = seen.plane / (row[3] + double(x) * seen.perX[3]);
@@ -233,17 +232,16 @@ void launchPass(CudaTag, const RasterizeSlots& work); ///< by warps
 /// all pixels and each operation is monotone, so its values at the corners of the rectangle bound
 /// the others, exactly as they are computed.
 SDAG_HD inline bool isOutside(const SeenTriangle& seen, const PixelRect& rect) {
-    const bool isAbove = seen.plane > 0.0;
-    bool isOut = false; // an edge has the other sign at all pixels
+    bool isBelow = false, isAbove = false; // an edge is negative, or positive, at all pixels
     for (int i = 0; i < 3; ++i) {
         const double top = seen.start[i] + double(rect.minY) * seen.perY[i],
                      bottom = seen.start[i] + double(rect.maxY) * seen.perY[i],
                      left = double(rect.minX) * seen.perX[i],
                      right = double(rect.maxX) * seen.perX[i];
-        isOut |= isAbove ? glm::max(top, bottom) + glm::max(left, right) < 0.0
-                         : glm::min(top, bottom) + glm::min(left, right) > 0.0;
+        isBelow |= glm::max(top, bottom) + glm::max(left, right) < 0.0;
+        isAbove |= glm::min(top, bottom) + glm::min(left, right) > 0.0;
     }
-    return isOut;
+    return isBelow && isAbove;
 }
 
 /// Returns whether all pixels of a column see something nearer than a triangle. Its depth is its

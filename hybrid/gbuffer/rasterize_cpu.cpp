@@ -73,14 +73,8 @@ struct alignas(32) SeenTriangles {
 /// boundPixels along one axis, of triangles in front of the near plane. Returns the lanes that may
 /// have a pixel. @param lo,hi bounds in pixels
 inline Lanes pixelSpans(Lanes lo, Lanes hi, double lastPixel, int32_t* first, int32_t* last) {
-    const Lanes zero = _mm256_setzero_pd(), end = all(lastPixel), margin = all(0.01);
-    const Lanes from = lo - margin, to = hi + margin;
-    const Lanes ceiling = _mm256_ceil_pd(_mm256_max_pd(from, zero)),
-                floor = _mm256_floor_pd(_mm256_min_pd(to, end));
-    _mm_store_si128(reinterpret_cast<__m128i*>(first), _mm256_cvttpd_epi32(ceiling));
-    _mm_store_si128(reinterpret_cast<__m128i*>(last), _mm256_cvttpd_epi32(floor));
-    return _mm256_and_pd(_mm256_and_pd(atLeast(end, from), atLeast(to, zero)),
-                         atLeast(floor, ceiling));
+    const Lanes margin = all(0.01);
+    return wholeSpans(lo - margin, hi + margin, all(lastPixel), first, last);
 }
 
 /// setUpSeen in lanes. Returns the lanes (bit i = lane i) that may be seen and are set up in `t`;
@@ -136,25 +130,29 @@ inline uint32_t setUpSeenLanes(const TriangleView& triangles, const uint32_t* fo
     return kept;
 }
 
-/// Returns in `first` and `last` the pixels of a row outside of which an edge excludes all. An edge
-/// function is monotone along the row as it is rounded, so a bound that a quotient estimates holds
-/// if the pixel beyond it is outside. @param perPerX inverses of seen.perX
+/// Returns in `first` and `last` the pixels of a row outside of which there are none inside. An
+/// edge function is monotone along the row as it is rounded, so its values at the ends of a part
+/// bound those between them: a part where one edge is negative and another positive is outside, as
+/// in isOutside. Quotients estimate where the parts end. @param perPerX inverses of seen.perX
 inline void narrowRow(const SeenTriangle& seen, const double* row, const double* perPerX,
                       int& first, int& last) {
-    const bool isAbove = seen.plane > 0.0;
-    const auto isOut = [&](int i, int x) {
-        const double e = row[i] + double(x) * seen.perX[i];
-        return isAbove ? e < 0.0 : e > 0.0;
+    const double side = seen.plane > 0.0 ? 1.0 : -1.0; // of the edges inside, but for rounding
+    const auto edge = [&](int i, int x) { return side * (row[i] + double(x) * seen.perX[i]); };
+    const auto isOut = [&](int i, int from, int to) {
+        const auto isIn = [&](int other) {
+            return edge(other, from) > 0.0 && edge(other, to) > 0.0;
+        };
+        return edge(i, from) < 0.0 && edge(i, to) < 0.0 && (isIn((i + 1) % 3) || isIn((i + 2) % 3));
     };
     for (int i = 0; i < 3; ++i) {
         const double at = -row[i] * perPerX[i]; // not a number or infinite: no bound
         if (!(at > double(first) && at < double(last)))
             continue;
         const int bound = int(at);
-        if ((seen.perX[i] > 0.0) == isAbove) { // inside to the right
-            if (bound > first && isOut(i, bound - 1))
+        if (side * seen.perX[i] > 0.0) { // inside to the right
+            if (bound > first && isOut(i, first, bound - 1))
                 first = bound;
-        } else if (bound + 1 < last && isOut(i, bound + 2)) {
+        } else if (bound + 1 < last && isOut(i, bound + 2, last)) {
             last = bound + 1;
         }
     }
@@ -167,7 +165,7 @@ inline void coverPixelsLanes(const SeenTriangle& seen, const ViewRays& view,
                              View<uint64_t> visibility) {
     const PixelRect& rect = seen.rect;
     const Lanes zero = _mm256_setzero_pd(), znear = all(view.znear), zfar = all(view.zfar),
-                plane = all(seen.plane), turn = all(seen.plane > 0.0 ? 0.0 : -0.0);
+                plane = all(seen.plane);
     const Lanes perX[4] = {all(seen.perX[0]), all(seen.perX[1]), all(seen.perX[2]),
                            all(seen.perX[3])};
     constexpr int kNarrow = 8; // pixels, along which it takes less to test them all
@@ -185,11 +183,12 @@ inline void coverPixelsLanes(const SeenTriangle& seen, const ViewRays& view,
             const Lanes X = all(double(x)) + _mm256_setr_pd(0, 1, 2, 3);
             const Lanes e[3] = {all(row[0]) + X * perX[0], all(row[1]) + X * perX[1],
                                 all(row[2]) + X * perX[2]};
-            const auto isInside = [&](Lanes edge) {
-                return atLeast(_mm256_xor_pd(edge, turn), zero);
+            const auto allOf = [](Lanes a, Lanes b, Lanes c) {
+                return _mm256_and_pd(a, _mm256_and_pd(b, c));
             };
             uint32_t covered = bitsOf(
-                _mm256_and_pd(isInside(e[0]), _mm256_and_pd(isInside(e[1]), isInside(e[2]))));
+                _mm256_or_pd(allOf(atLeast(e[0], zero), atLeast(e[1], zero), atLeast(e[2], zero)),
+                             allOf(atLeast(zero, e[0]), atLeast(zero, e[1]), atLeast(zero, e[2]))));
             if (last - x < 3)
                 covered &= (1u << (last - x + 1)) - 1u;
             if (!covered)

@@ -13,7 +13,7 @@
 
 #include <filesystem>
 #include <iterator>
-#include <map>
+#include <set>
 
 namespace shadowdag {
 
@@ -38,12 +38,11 @@ std::unique_ptr<Study> makeStudy(const StudyFile& file, const StudyRequest& requ
                     "--backend gl: study " + file.name + " needs " + study->needsBeyondGl() +
                         ", which it does not support; use --backend cpu or cuda");
     // Parts are found again by their names: of two equal ones, the second would not be measured.
-    std::map<std::string, size_t> partOf;
-    const std::vector<std::string> parts = study->parts();
-    for (size_t part = 0; part < parts.size(); ++part)
-        if (const auto [same, isNew] = partOf.emplace(parts[part], part); !isNew)
+    std::set<std::string> names;
+    for (const std::string& part : study->parts())
+        if (!names.insert(part).second)
             throw Error(ErrorKind::kUsage,
-                        "two of the scenes given would both be '" + parts[part] +
+                        "two of the scenes given would both be '" + part +
                             "' in the report; rename one or measure them separately");
     return study;
 }

@@ -97,6 +97,7 @@ void Workspace::setBackend(Backend backend) {
         of.renderers.clear();
         of.renderers.push_back(std::move(renderer));
         of.moved.clear();
+        of.isReported = true;
     }
     options_.backend = backend;
 }
