@@ -8,15 +8,24 @@
 
 #include <string>
 
+namespace shadowdag::detail {
+
+/// Throws Error of `kind` that says what `call` returned, or `instead`. The runtime forgets the
+/// error: CUB's next call would report it again.
+[[noreturn]] inline void throwCudaError(cudaError_t status, const std::string& call,
+                                        ErrorKind kind = ErrorKind::kDevice,
+                                        const std::string& instead = {}) {
+    (void)cudaGetLastError();
+    throw Error(kind, instead.empty() ? call + ": " + cudaGetErrorString(status) : instead);
+}
+
+} // namespace shadowdag::detail
+
 /// Evaluates a CUDA runtime call once and throws Error kDevice with that call's own code if it
-/// failed. The runtime forgets the error: CUB's next call would report it again. Never compiled
-/// out.
+/// failed. Never compiled out.
 #define CUDA_CHECK(call)                                                                           \
     do {                                                                                           \
         const cudaError_t sdagStatus_ = (call);                                                    \
-        if (sdagStatus_ != cudaSuccess) {                                                          \
-            (void)cudaGetLastError();                                                              \
-            throw ::shadowdag::Error(::shadowdag::ErrorKind::kDevice,                              \
-                                     std::string(#call) + ": " + cudaGetErrorString(sdagStatus_)); \
-        }                                                                                          \
+        if (sdagStatus_ != cudaSuccess)                                                            \
+            ::shadowdag::detail::throwCudaError(sdagStatus_, #call);                               \
     } while (false)

@@ -34,6 +34,9 @@ bool usesPool() {
     return supported;
 }
 
+// Asked about alone: any kernel of this build tells what the device can run.
+__global__ void probeDevice() {}
+
 } // namespace
 
 bool isPresent(std::string& why) {
@@ -47,6 +50,20 @@ bool isPresent(std::string& why) {
     }
     if (count == 0) {
         why = "the CUDA driver found no device; check CUDA_VISIBLE_DEVICES, or use --backend cpu";
+        return false;
+    }
+    cudaFuncAttributes attributes{};
+    const cudaError_t probed = cudaFuncGetAttributes(&attributes, probeDevice);
+    (void)cudaGetLastError();
+    if (probed != cudaSuccess) {
+        int major = 0, minor = 0;
+        CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, 0));
+        CUDA_CHECK(cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, 0));
+        const std::string architecture = std::to_string(major) + std::to_string(minor);
+        why = "the CUDA device, of architecture sm_" + architecture +
+              ", runs no kernel of this build: " + cudaGetErrorString(probed) +
+              "; build with -DCMAKE_CUDA_ARCHITECTURES=" + architecture +
+              ", or use --backend cpu";
         return false;
     }
     return true;

@@ -32,17 +32,13 @@ void launchBlocks(void (*kernel)(Parameters...), size_t blockCount, unsigned thr
     config.blockDim = dim3(threadCount);
     config.stream = cudaStream_t(0);
     const cudaError_t launched = cudaLaunchKernelEx(&config, kernel, arguments...);
-    if (launched == cudaErrorMemoryAllocation) { // of what its threads spill
-        (void)cudaGetLastError();
-        throw Error(ErrorKind::kResource,
-                    "no memory for a kernel's threads on the device; use a lower resolution, a "
-                    "smaller pool of pages (--pool), or a device with more memory");
-    }
-    if (launched != cudaSuccess) {
-        (void)cudaGetLastError();
-        throw Error(ErrorKind::kDevice,
-                    std::string("cudaLaunchKernelEx: ") + cudaGetErrorString(launched));
-    }
+    if (launched == cudaErrorMemoryAllocation) // of what its threads spill
+        detail::throwCudaError(launched, "cudaLaunchKernelEx", ErrorKind::kResource,
+                               "no memory for a kernel's threads on the device; use a lower "
+                               "resolution, a smaller pool of pages (--pool), or a device with "
+                               "more memory");
+    if (launched != cudaSuccess)
+        detail::throwCudaError(launched, "cudaLaunchKernelEx");
 }
 
 /// The same for blocks of kBlockThreads.

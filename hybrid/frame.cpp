@@ -129,12 +129,17 @@ std::unique_ptr<FrameRenderer> FrameRenderer::shareScene() const {
 StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances,
                                        StageTimes* ofLevels, StageTimes* ofRays) {
     StageTimes stages;
-    state_->sharedScene->update(movedInstances, stages, ofLevels ? *ofLevels : stages,
-                                ofRays ? *ofRays : stages);
+    queueWorldChange(movedInstances, stages, ofLevels ? *ofLevels : stages,
+                     ofRays ? *ofRays : stages);
     for (StageTimes* times : {&stages, ofLevels, ofRays})
         if (times)
             times->settle();
     return stages;
+}
+
+void FrameRenderer::queueWorldChange(const std::vector<uint32_t>& movedInstances,
+                                     StageTimes& stages, StageTimes& ofLevels, StageTimes& ofRays) {
+    state_->sharedScene->update(movedInstances, stages, ofLevels, ofRays);
 }
 
 void FrameRenderer::guessLengths(bool isOn, size_t spare) {

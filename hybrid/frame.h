@@ -151,6 +151,12 @@ public:
     StageTimes worldChanged(const std::vector<uint32_t>& movedInstances,
                             StageTimes* ofLevels = nullptr, StageTimes* ofRays = nullptr);
 
+    /// The same without waiting on CUDA, where the frame that follows is queued while the device
+    /// still copies: adds the times to `stages`, `ofLevels` and `ofRays` (which may be one), to be
+    /// settled by the caller (StageTimes::settle) after the frame.
+    void queueWorldChange(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
+                          StageTimes& ofLevels, StageTimes& ofRays);
+
     /// Sets whether frames guess the lengths of their lists from the frame before, so that the host
     /// need not wait for them (cuda/list_length.h); initially on CUDA alone. No result depends on
     /// it except FrameCounts::listRerunCount. @param spare as LengthGuess::forget

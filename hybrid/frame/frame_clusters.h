@@ -4,6 +4,7 @@
 // not wait before.
 #pragma once
 
+#include "cuda/readback.h"
 #include "hybrid/clusters/cluster_pass.h"
 #include "hybrid/clusters/light_assign_pass.h"
 #include "hybrid/frame/visible_surface.h"
@@ -66,6 +67,8 @@ private:
     OrderedLights ordered_; ///< of FrameOptions::reorderLights
     LightDemand demand_;
     std::vector<uint32_t> ofMaps_;
+    std::unique_ptr<Readback> readback_; // of ofMaps_
+    size_t readbackWords_ = 0;
     RayDetail rayDetail_;
 
     /// The estimated lengths of the lists.

@@ -11,6 +11,7 @@
 #include "voxel/wide_dag_trace.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -48,7 +49,22 @@ FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
 FrameScene::~FrameScene() = default;
 
 void FrameScene::setMoving() {
-    lights_.set(world_.lights());
+    setLights();
+    isFollowed_ = false;
+    device_->setPositions(world_.triangles().positions);
+}
+
+void FrameScene::setLights() {
+    const std::vector<Light>& lights = world_.lights();
+    const auto areBytesEqual = [](const std::vector<Light>& a, const std::vector<Light>& b) {
+        return a.size() == b.size() &&
+               (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Light)) == 0);
+    };
+    if (areLightsSet_ && areBytesEqual(lights, setLights_))
+        return;
+    areLightsSet_ = false; // until all of them are
+    setLights_ = lights;
+    lights_.set(lights);
     if (isMutant(Mutant::kLightPulled)) {
         static std::vector<Light> pulled; // outlives the view
         pulled = world_.lights();
@@ -58,8 +74,7 @@ void FrameScene::setMoving() {
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
-    isFollowed_ = false;
-    device_->setPositions(world_.triangles().positions);
+    areLightsSet_ = true;
 }
 
 void FrameScene::readMovers() {

@@ -114,6 +114,8 @@ private:
     friend class MovedBatches;
     void setMoved(const std::vector<uint32_t>& movedInstances);
     void setMoving();
+    /// Copies the lights and the hierarchy over them to the backend if a light changed.
+    void setLights();
     /// Makes what rays read besides the DAG follow the last update.
     void followMotion();
     void readMovers();
@@ -151,6 +153,8 @@ private:
 
     ResidentGeometry geometry_, levelGeometry_; // the second for polygonLod_
     Resident<Light> lights_;
+    std::vector<Light> setLights_; // those of lights_ and its hierarchy
+    bool areLightsSet_ = false;    // setLights_ are on the backend
     Resident<Box> lightBoxes_;
     Resident<uint32_t> lightItems_;
     Resident<SurfaceColor> materials_;

@@ -139,9 +139,8 @@ void Workspace::advance(float timeSeconds) {
     for (auto& [resolutionLog2, of] : voxels_) {
         if (of.renderers.empty())
             continue;
-        of.followTimes.stages = // for all that share the scene
-            of.renderers.front()->worldChanged(of.moved, &of.followTimes.ofLevels,
-                                               &of.followTimes.ofRays);
+        of.renderers.front()->queueWorldChange( // for all that share the scene
+            of.moved, of.followTimes.stages, of.followTimes.ofLevels, of.followTimes.ofRays);
         of.moved.clear();
         of.isReported = true;
     }
@@ -151,6 +150,8 @@ void FollowTimes::addTo(StageTimes& times, const RunParameters& run) const {
     const auto add = [&](const StageTimes& part) {
         for (const auto& [name, timeMs] : part.stagesMs)
             times.add(name, timeMs);
+        for (const StageTimes::Pending& one : part.pending)
+            times.add(one.stage, one.waitMs());
     };
     add(stages);
     if (run.frame.maps.lodTexels > 0.0f)

@@ -31,11 +31,12 @@ struct WorkspaceOptions {
 
 /// The times of the last update in renderers of one resolution.
 struct FollowTimes {
-    StageTimes stages;   ///< FrameRenderer::worldChanged
+    StageTimes stages;   ///< FrameRenderer::queueWorldChange
     StageTimes ofLevels; ///< additional time of levels of detail, for renderers that draw them
     StageTimes ofRays;   ///< additional time of moving geometry, for renderers that trace rays
 
-    /// Adds those that a run's frames need.
+    /// Adds those that a run's frames need; on CUDA it waits until the device has passed them, so
+    /// call it after the frame.
     void addTo(StageTimes& times, const RunParameters& run) const;
 };
 

@@ -135,6 +135,13 @@ TEST(CudaHostBuffers, AnAbsentDeviceIsNamedByTheDriver) {
         EXPECT_FALSE(device::isPresent(why));
         EXPECT_THAT(why, testing::HasSubstr("found no device"));
     }
+    {
+        const FailCall fail("cudaFuncGetAttributes", 1, cudaErrorNoKernelImageForDevice);
+        EXPECT_FALSE(device::isPresent(why));
+        EXPECT_THAT(why, testing::HasSubstr("sm_75, runs no kernel of this build"));
+        EXPECT_THAT(why, testing::HasSubstr("CMAKE_CUDA_ARCHITECTURES=75"));
+    }
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
     EXPECT_TRUE(device::isPresent(why));
     EXPECT_EQ(deviceName(Backend::kCuda), "CUDA played by the host");
     EXPECT_EQ(driverVersion(Backend::kCuda), "13.0");

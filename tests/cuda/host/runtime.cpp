@@ -308,9 +308,28 @@ cudaError_t cudaGetDevice(int* value) {
 
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int) {
     const Call call("cudaDeviceGetAttribute");
-    const char* const pools = std::getenv("SDAG_CUDA_HOST_POOLS");
-    *value = attribute == cudaDevAttrMultiProcessorCount ? kProcessorCount
-                                                         : !pools || std::strcmp(pools, "0") != 0;
+    switch (attribute) {
+    case cudaDevAttrMultiProcessorCount:
+        *value = kProcessorCount;
+        break;
+    case cudaDevAttrMemoryPoolsSupported: {
+        const char* const pools = std::getenv("SDAG_CUDA_HOST_POOLS");
+        *value = !pools || std::strcmp(pools, "0") != 0;
+        break;
+    }
+    case cudaDevAttrComputeCapabilityMajor: // sm_75, whose limits launches are checked against
+        *value = 7;
+        break;
+    case cudaDevAttrComputeCapabilityMinor:
+        *value = 5;
+        break;
+    }
+    return call.error;
+}
+
+cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, void (*)()) {
+    const Call call("cudaFuncGetAttributes");
+    *attributes = {};
     return call.error;
 }
 
@@ -361,6 +380,8 @@ const char* cudaGetErrorString(cudaError_t error) {
         return "invalid configuration argument";
     case cudaErrorInsufficientDriver:
         return "CUDA driver version is insufficient for CUDA runtime version";
+    case cudaErrorNoKernelImageForDevice:
+        return "no kernel image is available for execution on the device";
     case cudaErrorNoDevice:
         return "no CUDA-capable device is detected";
     case cudaErrorInvalidResourceHandle:
