@@ -77,10 +77,24 @@ SDAG_HD inline uint32_t octaveOf(float resolutionSquared) {
     return uint32_t(octave < int(kMaxMapsPerLight) ? octave : int(kMaxMapsPerLight) - 1);
 }
 
+/// Returns the octave of the map that serves requests of `octave`, which `occupied` (bits by
+/// octave) includes: itself if it is among the `mapCount` (>= 1) highest occupied octaves, else the
+/// lowest of these.
+SDAG_HD inline uint32_t servingOctave(uint32_t occupied, uint32_t octave, uint32_t mapCount) {
+    const uint32_t above = occupied >> octave >> 1;
+    if (uint32_t(std::popcount(above)) < mapCount)
+        return octave;
+    uint32_t left = occupied;
+    for (uint32_t k = 1; k < mapCount; ++k)
+        left &= ~(1u << (31u - uint32_t(std::countl_zero(left))));
+    return 31u - uint32_t(std::countl_zero(left));
+}
+
 /// The combined requests of lights' clusters.
 /// A slot is light * kMaxMapsPerLight + octave. wantedSquared: one a (cluster, light) pair.
 struct LightDemandView {
     View<uint32_t> resolutionSquaredBits; ///< by light: float bits of the maximum R^2
+    View<uint32_t> occupiedOctaves;       ///< by light: bits of the octaves that are requested
     View<float> wantedSquared;            ///< R^2 of the pair
     View<uint32_t> mapSquaredBits;        ///< these three by slot: the maximum R^2,
     View<uint32_t> mapSampleCount;        ///< samples of its clusters,
@@ -95,6 +109,7 @@ struct DemandResolution {
     View<const Light> lights;
     ViewRays view;
     LightDemandView demand;
+    float scale; ///< of R^2: 1 / undersample^2
     ResolutionRule rule = ResolutionRule::kSphere;
     GBufferView gbuffer = {}; ///< not read by kSphere
 
@@ -132,6 +147,7 @@ struct DemandResolution {
             demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
             raiseOnceRelaxed(&demand.resolutionSquaredBits[l], std::bit_cast<uint32_t>(wanted));
+            orOnceRelaxed(&demand.occupiedOctaves[l], 1u << octaveOf(wanted * scale));
         }
     }
 };
@@ -139,14 +155,15 @@ void launchPass(CudaTag, const DemandResolution& work); ///< by warps
 
 /// Assigns every pair of a cluster to one of its light's maps, and raises that map's demand (zero
 /// before; order independent). With several maps per light a pair goes by the octave of its
-/// request; octaves below the mapsPerLight highest are combined with the lowest of these. An
-/// octave's bounds do not move with the light's maximum, so a static cluster keeps its map when
-/// others change. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions; its
-/// buckets are not given there). A directional light always has a map for every two octaves, each
-/// the window of a clipmap: a single map over near and far receivers would have the resolution of
-/// the nearest everywhere. (One per octave drew half as many triangles again, 2.1 against 1.4
-/// million with a directional light over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 %
-/// of the pages.)
+/// request; octaves below the mapsPerLight highest *occupied* ones are combined with the lowest of
+/// these (servingOctave), so that one near cluster alone takes one map and leaves the others apart.
+/// An octave's bounds do not move with the light's maximum, so a static cluster keeps its map
+/// unless octaves above it fill or empty. Source: Olsson et al. 2015, sec. IV-C (histogram of
+/// requested resolutions; its buckets are not given there). A directional light always has a map
+/// for every two octaves, each the window of a clipmap: a single map over near and far receivers
+/// would have the resolution of the nearest everywhere. (One per octave drew half as many triangles
+/// again, 2.1 against 1.4 million with a directional light over `houses`, 0.79 against 0.48 in
+/// `atrium`, on 101 % and 83 % of the pages.)
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read
@@ -171,11 +188,8 @@ struct DemandMaps {
             if (lights[light].kind == Light::kSun) {
                 octave = octaveOf(demand.wantedSquared[i] * scale) | 1u;
             } else if (mapsPerLight > 1) {
-                const uint32_t highest =
-                    octaveOf(std::bit_cast<float>(demand.resolutionSquaredBits[light]) * scale);
-                octave = octaveOf(demand.wantedSquared[i] * scale);
-                if (octave + mapsPerLight <= highest)
-                    octave = highest - mapsPerLight + 1;
+                octave = servingOctave(demand.occupiedOctaves[light],
+                                       octaveOf(demand.wantedSquared[i] * scale), mapsPerLight);
             }
             const uint32_t s = light * kMaxMapsPerLight + octave;
             slot[i] = s;

@@ -14,17 +14,23 @@ namespace shadowdag {
 struct LightDemand {
     explicit LightDemand(Backend backend)
         : resolutionSquaredBits(backend, "demand resolution"),
-          wantedSquared(backend, "demand of pairs"), ofMaps(backend, "demand of maps"),
-          recordOfSlot(backend, "demand maps") {}
+          occupiedOctaves(backend, "demand octaves"), wantedSquared(backend, "demand of pairs"),
+          ofMaps(backend, "demand of maps"), recordOfSlot(backend, "demand maps") {}
 
     Buffer<uint32_t> resolutionSquaredBits;
+    Buffer<uint32_t> occupiedOctaves;
     Buffer<float> wantedSquared;
     /// The three arrays by slot, one after the other, and kGatheredLengths: fetched in one copy.
     Buffer<uint32_t> ofMaps;
     Buffer<uint32_t> recordOfSlot;
 
     LightDemandView view() {
-        return {resolutionSquaredBits.view(), wantedSquared.view(), ofMap(0), ofMap(1), ofMap(2)};
+        return {resolutionSquaredBits.view(),
+                occupiedOctaves.view(),
+                wantedSquared.view(),
+                ofMap(0),
+                ofMap(1),
+                ofMap(2)};
     }
     size_t slotCount() const {
         return ofMaps.size() < kGatheredLengths ? 0 : (ofMaps.size() - kGatheredLengths) / 3;
@@ -55,13 +61,15 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
                          const GBufferView& gbuffer = {}) {
     const size_t slotCount = lights.count * kMaxMapsPerLight;
     demand.resolutionSquaredBits.resize(lights.count);
+    demand.occupiedOctaves.resize(lights.count);
     demand.ofMaps.resize(3 * slotCount + kGatheredLengths);
-    fillAll(backend, {demand.resolutionSquaredBits, demand.ofMaps});
+    fillAll(backend, {demand.resolutionSquaredBits, demand.occupiedOctaves, demand.ofMaps});
     demand.wantedSquared.resize(lists.lights.size());
-    runPass(backend,
-            DemandResolution{clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
-    runPass(backend, DemandMaps{clusters, lists.view(), demand.view(), lists.record.view(),
-                                1.0f / (undersample * undersample), mapsPerLight, lights});
+    const float scale = 1.0f / (undersample * undersample);
+    runPass(backend, DemandResolution{clusters, lists.view(), lights, view, demand.view(), scale,
+                                      rule, gbuffer});
+    runPass(backend, DemandMaps{clusters, lists.view(), demand.view(), lists.record.view(), scale,
+                                mapsPerLight, lights});
     demand.recordOfSlot.resize(slotCount);
     runPass(backend, MarkOccupiedSlots{demand.view().mapClusterCount, demand.recordOfSlot.view()});
     prefixSums(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());

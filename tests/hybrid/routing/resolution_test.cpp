@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace shadowdag::test {
 namespace {
@@ -218,6 +219,30 @@ TEST(DemandMaps, SeparatesPairsByOctaveAndCombinesTheLowOnes) {
         }
     }
     EXPECT_EQ(mapCounts, (std::vector<size_t>{1, 2, 4, 7}));
+}
+
+TEST(DemandMaps, GoByTheHighestOctavesThatAreOccupied) {
+    // Octaves 3 to 5, and one outlier at 12 that three maps of empty octaves would follow.
+    const uint32_t occupied = 1u << 3 | 1u << 4 | 1u << 5 | 1u << 12;
+    for (const uint32_t octave : {3u, 4u, 5u, 12u}) {
+        EXPECT_EQ(servingOctave(occupied, octave, 4), octave);
+        EXPECT_EQ(servingOctave(occupied, octave, 3), std::max(octave, 4u));
+        EXPECT_EQ(servingOctave(occupied, octave, 2), std::max(octave, 5u));
+        EXPECT_EQ(servingOctave(occupied, octave, 1), 12u);
+    }
+    std::mt19937 random(1);
+    for (int trial = 0; trial < 1000; ++trial) {
+        const uint32_t bits = (random() & 0xffffu) | 1u << random() % kMaxMapsPerLight;
+        const uint32_t mapCount = 1 + random() % kMaxMapsPerLight;
+        std::vector<uint32_t> octaves; // descending
+        for (uint32_t o = kMaxMapsPerLight; o-- > 0;)
+            if (bits >> o & 1u)
+                octaves.push_back(o);
+        for (size_t rank = 0; rank < octaves.size(); ++rank)
+            EXPECT_EQ(servingOctave(bits, octaves[rank], mapCount),
+                      octaves[std::min(rank, size_t(mapCount) - 1)])
+                << "seed 1, trial " << trial;
+    }
 }
 
 TEST(ResolutionSteps, AreRoundedFourthRootsOfPowersOfTwo) {
