@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables of a GPU in docs/results.md from what tools/gpu_check measured there.
 
-    device docs/results.md tests/bench/results/gpu.json [gpu_sanitizers.json [gpu_rays.json]] [--check]
+    device docs/results.md tests/bench/results/gpu.json [gpu_profiles.json gpu_sanitizers.json] [--check]
 
-The second file is of a run of sanitizers and profiles alone, which have no time beside the rest; the third of a run with rays, if the
-first has none. With --check nothing is written, and the file is refused when it differs from the generated text.
+The other files are of runs of profiles or sanitizers, which have no time beside the rest: each table is of the first file that
+has it. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import re
 
@@ -108,10 +108,18 @@ def sanitizers_table(steps):
             *(f"| `{program}` | " + " | ".join(row.get(tool, "") for tool in tools) + " |" for program, row in cells.items())]
 
 
-def text_of(results, checks=None, traced=None):
-    """Returns everything between the markers. checks: the results of sanitizers and profiles, traced: those of rays, if they are others"""
-    traced = traced or results
-    steps = [step for step in results["steps"] if checks is None or not re.match(r"\w+check ", step["step"])]
+def text_of(results, *others):
+    """Returns everything between the markers. others: the results of more runs, for the tables that `results` does not have"""
+    def source(has):
+        return next((run for run in (results, *others) if has(run)), None)
+
+    def origin(run):
+        return "" if run is results else f' ({run["device"]["nvidia_smi"].split(",")[0]}, commit {run["commit"]})'
+
+    is_check = re.compile(r"\w+check ").match
+    traced, profiled = source(lambda run: run.get("rays")), source(lambda run: run.get("profiles"))
+    checked = source(lambda run: any(is_check(step["step"]) for step in run["steps"]))
+    steps = [step for step in results["steps"] if checked is results or not is_check(step["step"])]
     passed = [step["step"] for step in steps if step["ok"]]
     late = [step["step"] for step in steps if not step["ok"] and LATE.search(step["note"])]
     failed = [step["step"] for step in steps if not step["ok"] and step["step"] not in late]
@@ -120,24 +128,24 @@ def text_of(results, checks=None, traced=None):
              "steps of `tools/gpu_check` passed" + (f"; {len(late)} had no time: {', '.join(late)}" if late else "") +
              (f'; failed: {", ".join(failed)}.' if failed else "."), "",
              f"Median of {frames} consecutive frames at {size} in the second lap, in ms: the frame by the wall clock, and groups of "
-             "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
-             f'Million rays a second of the whole device at {traced["rays"][0]["resolution"]}^3'
-             + ("" if traced is results else f' ({traced["device"]["nvidia_smi"].split(",")[0]}, commit {traced["commit"]})') +
-             ". Ours are the bits of the CPU; of NanoVDB's at most 0.5 % may differ:", "",
-             *rays_table(traced["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
-    if checks is not None:
-        lines += [f'Sanitizers of CUDA over tests of parity, at commit {checks["commit"]}:', "",
-                  *sanitizers_table(checks["steps"]), ""]
-    if (checks or results).get("profiles"):
-        lines += ["Kernels of one warm frame, measured one by one by ncu: their throughput of device memory, the warps that an SM "
-                  "has of those that fit, and the lanes of 32 that work" +
-                  ("" if checks is None else f' ({checks["device"]["nvidia_smi"].split(",")[0]})') + ":", "", *kernels_table((checks or results)["profiles"]), ""]
+             "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), ""]
+    if traced:
+        lines += [f'Million rays a second of the whole device at {traced["rays"][0]["resolution"]}^3{origin(traced)}. '
+                  "Ours are the bits of the CPU; of NanoVDB's at most 0.5 % may differ:", "", *rays_table(traced["rays"]), ""]
+    lines += ["Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
+    if checked:
+        lines += [f"Sanitizers of CUDA over tests of parity{origin(checked)}:", "", *sanitizers_table(checked["steps"]), ""]
+    if profiled:
+        lines += ["Kernels of one warm frame, measured one by one by ncu, which empties the caches before each: their throughput of "
+                  "device memory, the warps that an SM has of those that fit, and the lanes of 32 that work. The frame is the second of "
+                  "two, in which less moves than in the median frame above" + origin(profiled) + ":", "",
+                  *kernels_table(profiled["profiles"]), ""]
     return "\n".join(lines) + "\n"
 
 
 def declare(parser):
     parser.add_argument("document", help="the file that holds the marker lines")
-    parser.add_argument("results", nargs="+", help="the results of tools/gpu_check, and those of its sanitizers and profiles")
+    parser.add_argument("results", nargs="+", help="the results of tools/gpu_check, then those of other runs for the tables that the first has not")
     parser.add_argument("--check", action="store_true", help="write nothing; only compare")
 
 
