@@ -13,8 +13,9 @@ namespace shadowdag {
 /// Lanes that take a part together: a warp of a GPU.
 constexpr uint32_t kGroupLanes = 32;
 
-/// Limits of a list, so that its counts fit one word: items, and parts of an item.
-constexpr size_t kMaxSplitItems = size_t(1) << 20;
+/// Limits of a list, so that its counts fit one word: items, and parts of an item. (Maps of
+/// `houses` that are all drawn at once, at 1920 x 1080, have 1.24 million large triangles.)
+constexpr size_t kMaxSplitItems = size_t(3) << 20;
 constexpr uint32_t kMaxSplitParts = 1u << 19;
 
 /// An item that was split; `a` and `b` identify it to the pass that added it.
@@ -30,7 +31,11 @@ struct SplitWorkView {
     View<SplitItem> items;
     View<uint64_t> taken; ///< [0]: items from bit kPartBits on, their parts below; [1]: refused
 
-    static constexpr uint32_t kPartBits = 40;
+    static constexpr uint32_t kPartBits = 42;
+    /// Threads that may add to a full list at once, more than the largest device runs.
+    static constexpr uint64_t kMostAtOnce = uint64_t(1) << 19;
+    static_assert(kMaxSplitItems + kMostAtOnce < uint64_t(1) << (64 - kPartBits));
+    static_assert((kMaxSplitItems + kMostAtOnce) * kMaxSplitParts < uint64_t(1) << kPartBits);
 
     /// Adds an item of 1..kMaxSplitParts parts; returns false, and counts, if the list is full: the
     /// caller then does all of it by itself. Which items find space depends on the order of
@@ -39,8 +44,8 @@ struct SplitWorkView {
     SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount, uint32_t& index) const {
         SDAG_ASSERT(partCount > 0 && partCount <= kMaxSplitParts);
         // Tested first, so that the counts exceed the list by no more than the threads that run at
-        // once (some 300 000 on the largest device, where 15 million would fit); added in one step,
-        // so that items and their parts ascend together.
+        // once (some 300 000 on the largest device); added in one step, so that items and their
+        // parts ascend together.
         if (loadRelaxed(&taken[0]) >> kPartBits < items.count) {
             const uint64_t seen =
                 atomicAddRelaxed(&taken[0], (uint64_t(1) << kPartBits) + partCount);
