@@ -29,8 +29,9 @@ struct ScaleRow {
 struct ScaleTable {
     std::string settings; ///< of all methods
     uint32_t width = 640, height = 360;
-    int warmups = 1, repeats = 5;  ///< rounds in which all methods are timed in turn
-    uint32_t placedLightCount = 0; ///< in scenes without lights; 0: such scenes are refused
+    int warmups = 0, repeats = 5;      ///< rounds in which all methods are timed in turn
+    double mostExactWrongShare = 1e-5; ///< of the pairs of a frame by exact rays
+    uint32_t placedLightCount = 0;     ///< in scenes without lights; 0: such scenes are refused
     std::vector<ScaleRow> rows;
 };
 
@@ -38,10 +39,12 @@ struct ScaleTable {
 ScaleTable readScale(const StudyFile& file);
 
 /// Returns the memory that the measurement of so many triangles takes at least.
-uint64_t scaleBytes(uint64_t triangleCount);
+/// @param resolutionCount of voxels, which are all kept until the last frame
+uint64_t scaleBytes(uint64_t triangleCount, size_t resolutionCount);
 /// Throws Error kResource, naming the row, if it is more than the process may take.
 /// @param availableBytes as processMemoryBytes gives it
-void requireScaleMemory(const std::string& row, uint64_t triangleCount, uint64_t availableBytes);
+void requireScaleMemory(const std::string& row, uint64_t triangleCount, size_t resolutionCount,
+                        uint64_t availableBytes);
 
 /// Measures a row at one of its numbers of triangles. Returns {"steps": [what was measured: counts
 /// and the time of the growth], "cells": [one per method], "skipped": []}. If the nearest step of

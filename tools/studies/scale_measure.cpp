@@ -30,6 +30,10 @@ struct ScaleMethod {
     TriangleRays triangleRays = TriangleRays::kExact;
     uint32_t resolutionLog2 = kNoVoxels;
     FrameStart start = FrameStart::kCold;
+
+    /// Returns the renderer's role: frames that follow each other keep their state in one of their
+    /// own.
+    size_t role() const { return start == FrameStart::kWarm ? 1 : 0; }
 };
 
 std::vector<ScaleMethod> methodsOf(const ScaleRow& row) {
@@ -105,9 +109,8 @@ public:
         checkInterrupted();
         const auto [setup, model] = setupOf(method);
         const double buildSeconds = build(method, setup);
-        FrameRenderer& renderer = workspace_.renderer(method.resolutionLog2);
-        FrameOptions options = setup.frame;
-        const FrameResult frame = renderFrom(renderer, camera_, *model, options);
+        FrameRenderer& renderer = rendererOf(method);
+        const FrameResult frame = renderFrom(renderer, camera_, *model, setup.frame);
         const ErrorCounts errors =
             countWrong(frame.pairs, frame.visibility,
                        judge_.truth(0, renderer.gbuffer(), frame.pairs).visibility);
@@ -121,14 +124,16 @@ public:
             {"false_light_count", errors.falseLightCount}};
     }
 
-    /// Renders a frame and returns its time: of shadows, and of all else.
+    /// Renders a frame of a method that measure() has rendered one of, and returns its time: of
+    /// shadows, and of all else.
     StageTimes time(const ScaleMethod& method) {
         checkInterrupted();
         auto [setup, model] = setupOf(method);
         setup.frame.recordPairs = setup.frame.recordQuantities = false;
-        const StageTimes stages =
-            renderFrom(workspace_.renderer(method.resolutionLog2), camera_, *model, setup.frame)
-                .stages;
+        FrameRenderer& renderer = rendererOf(method);
+        if (method.start == FrameStart::kCold)
+            renderer.reset();
+        const StageTimes stages = renderer.render(camera_, *model, setup.frame).stages;
         const double shadowMs = servingMs(stages);
         StageTimes parts;
         parts.add(kShadowStage, shadowMs);
@@ -137,6 +142,10 @@ public:
     }
 
 private:
+    FrameRenderer& rendererOf(const ScaleMethod& method) {
+        return workspace_.renderer(method.resolutionLog2, method.role());
+    }
+
     static LoadedScene grow(const ScaleRow& row, const LoadedScene& base, uint64_t step,
                             double& seconds) {
         const auto start = std::chrono::steady_clock::now();
@@ -230,7 +239,7 @@ Json measureScale(const ScaleTable& table, const ScaleRow& row, size_t index,
         results["skipped"].push_back(std::move(skipped));
         return results;
     }
-    requireScaleMemory(row.name, count, processMemoryBytes());
+    requireScaleMemory(row.name, count, row.resolutionLog2.size(), processMemoryBytes());
     GrownScene scene(table, row, *base, step, request);
     base.reset(); // of the largest scenes it takes some GiB
     const std::vector<ScaleMethod> methods = methodsOf(row);

@@ -72,17 +72,19 @@ public:
         results["crossovers"] = crossoversOf(results["cells"]);
         return results;
     }
-    /// Rays that believe no voxel answer as the truth does, however many triangles there are.
+    /// Rays that believe no voxel answer as the truth does, however many triangles there are; but
+    /// for the few pairs that rounding decides (docs/adjudicator.md).
     std::vector<std::string> brokenLines(const Json& results) const override {
         std::vector<std::string> lines;
         for (const Json& cell : results["cells"]) {
             const uint64_t wrong = cell["false_shadow_count"].get<uint64_t>() +
                                    cell["false_light_count"].get<uint64_t>();
-            if (cell["method"] == "exact rays" && wrong > 0)
-                lines.push_back(cell["row"].get<std::string>() + " at " +
-                                cell["triangle_count"].dump() +
-                                " triangles by exact rays: " + std::to_string(wrong) + " of " +
-                                cell["pair_count"].dump() + " pairs are wrong; none may be");
+            if (cell["method"] == "exact rays" &&
+                double(wrong) > table_.mostExactWrongShare * cell["pair_count"].get<double>())
+                lines.push_back(
+                    cell["row"].get<std::string>() + " at " + cell["triangle_count"].dump() +
+                    " triangles by exact rays: " + std::to_string(wrong) + " of " +
+                    cell["pair_count"].dump() + " pairs are wrong, more than the study allows");
         }
         return lines;
     }
@@ -135,7 +137,7 @@ private:
     }
     void addParts(const ScaleRow& row) {
         for (const uint64_t count : row.triangleCounts) // before hours are spent on smaller ones
-            requireScaleMemory(row.name, count, processMemoryBytes());
+            requireScaleMemory(row.name, count, row.resolutionLog2.size(), processMemoryBytes());
         for (size_t index = 0; index < row.triangleCounts.size(); ++index)
             parts_.push_back({row, index});
     }
@@ -191,6 +193,7 @@ ScaleTable readScale(const StudyFile& file) {
         }
         study.number("warmups", table.warmups, 0, 100);
         study.number("repeats", table.repeats, 1, 1000);
+        study.number("exact_wrong_share", table.mostExactWrongShare, 0, 1);
         study.number("placed_lights", table.placedLightCount, 0, kMaxPlacedLightCount);
         study.rows([&](StudyReader& reader) { table.rows.push_back(readRow(reader)); });
         study.requireRows(table.rows.size());
@@ -198,15 +201,16 @@ ScaleTable readScale(const StudyFile& file) {
     return table;
 }
 
-uint64_t scaleBytes(uint64_t triangleCount) {
-    // Measured: see docs/studies.md. The scene and its world, Embree twice (the truth and the
-    // method), our hierarchy, and one set of batches for each resolution.
-    constexpr uint64_t kBytesPerTriangle = 600;
-    return triangleCount * kBytesPerTriangle;
+uint64_t scaleBytes(uint64_t triangleCount, size_t resolutionCount) {
+    // Measured with the atrium: the scene and its world, Embree's hierarchy twice (of the truth and
+    // of the method), ours, and the batches of each resolution's renderer.
+    constexpr uint64_t kBytesPerTriangle = 280, kBytesOfResolution = 40;
+    return triangleCount * (kBytesPerTriangle + kBytesOfResolution * resolutionCount);
 }
 
-void requireScaleMemory(const std::string& row, uint64_t triangleCount, uint64_t availableBytes) {
-    const uint64_t needed = scaleBytes(triangleCount);
+void requireScaleMemory(const std::string& row, uint64_t triangleCount, size_t resolutionCount,
+                        uint64_t availableBytes) {
+    const uint64_t needed = scaleBytes(triangleCount, resolutionCount);
     if (needed > availableBytes)
         throw Error(ErrorKind::kResource,
                     "study scale: row \"" + row + "\" at " + std::to_string(triangleCount) +
