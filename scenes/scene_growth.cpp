@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace shadowdag {
 
@@ -35,29 +36,66 @@ glm::vec3 midpoint(const glm::vec3& a, const glm::vec3& b) {
     return glm::vec3(0.5 * (glm::dvec3(a) + glm::dvec3(b)));
 }
 
-/// Returns an edge's ends, the lower one first, as one number.
-uint64_t edgeOf(uint32_t a, uint32_t b) {
-    return uint64_t(std::min(a, b)) << 32 | std::max(a, b);
-}
+/// The edges of a mesh, each once, numbered in ascending order of both its ends.
+/// firstEdge: vertexCount + 1; the edges whose lower end is a vertex. upperEnd: edgeCount.
+struct MeshEdges {
+    std::vector<uint64_t> firstEdge;
+    std::vector<uint32_t> upperEnd;
+
+    explicit MeshEdges(const Mesh& mesh) : firstEdge(mesh.positions.size() + 1, 0) {
+        // Sides by their lower ends, those of two triangles twice: counted, then put in place.
+        std::vector<uint64_t> firstSide(mesh.positions.size() + 1, 0);
+        forSides(mesh, [&](uint32_t low, uint32_t) { ++firstSide[low + 1]; });
+        std::partial_sum(firstSide.begin(), firstSide.end(), firstSide.begin());
+        std::vector<uint32_t> ends(firstSide.back());
+        std::vector<uint64_t> next(firstSide.begin(), firstSide.end() - 1);
+        forSides(mesh, [&](uint32_t low, uint32_t high) { ends[next[low]++] = high; });
+        for (size_t v = 0; v < mesh.positions.size(); ++v) {
+            if (v % kPollInterval == 0)
+                pollCpu();
+            const auto begin = ends.begin() + ptrdiff_t(firstSide[v]),
+                       end = ends.begin() + ptrdiff_t(firstSide[v + 1]);
+            std::sort(begin, end);
+            upperEnd.insert(upperEnd.end(), begin, std::unique(begin, end));
+            firstEdge[v + 1] = upperEnd.size();
+        }
+    }
+
+    /// Returns the number of an edge.
+    uint64_t at(uint32_t a, uint32_t b) const {
+        const uint32_t low = std::min(a, b), high = std::max(a, b);
+        const auto begin = upperEnd.begin();
+        return uint64_t(std::lower_bound(begin + ptrdiff_t(firstEdge[low]),
+                                         begin + ptrdiff_t(firstEdge[low + 1]), high) -
+                        begin);
+    }
+
+private:
+    template <class Visit> static void forSides(const Mesh& mesh, const Visit& visit) {
+        for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+            if (i % kPollInterval == 0)
+                pollCpu();
+            const glm::uvec3& t = mesh.triangles[i];
+            for (int side = 0; side < 3; ++side)
+                visit(std::min(t[side], t[(side + 1) % 3]), std::max(t[side], t[(side + 1) % 3]));
+        }
+    }
+};
 
 /// Divides each triangle into four, the corner of its first vertex first, the middle one last.
 void divide(Mesh& mesh) {
-    std::vector<uint64_t> edges;
-    edges.reserve(3 * mesh.triangles.size());
-    for (const glm::uvec3& t : mesh.triangles)
-        for (int side = 0; side < 3; ++side)
-            edges.push_back(edgeOf(t[side], t[(side + 1) % 3]));
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    const uint64_t firstNew = mesh.positions.size();
-    requireIndices(firstNew + edges.size(), times(4, mesh.triangles.size()));
-    mesh.positions.reserve(firstNew + edges.size());
-    for (const uint64_t edge : edges) {
-        const uint32_t a = uint32_t(edge >> 32), b = uint32_t(edge);
-        mesh.positions.push_back(midpoint(mesh.positions[a], mesh.positions[b]));
-        if (!mesh.uv.empty())
-            mesh.uv.push_back(glm::vec2(0.5 * (glm::dvec2(mesh.uv[a]) + glm::dvec2(mesh.uv[b]))));
-    }
+    const MeshEdges edges(mesh);
+    const size_t firstNew = mesh.positions.size();
+    requireIndices(firstNew + edges.upperEnd.size(), times(4, mesh.triangles.size()));
+    mesh.positions.reserve(firstNew + edges.upperEnd.size());
+    for (size_t a = 0; a < firstNew; ++a)
+        for (uint64_t edge = edges.firstEdge[a]; edge < edges.firstEdge[a + 1]; ++edge) {
+            const uint32_t b = edges.upperEnd[edge];
+            mesh.positions.push_back(midpoint(mesh.positions[a], mesh.positions[b]));
+            if (!mesh.uv.empty())
+                mesh.uv.push_back(
+                    glm::vec2(0.5 * (glm::dvec2(mesh.uv[a]) + glm::dvec2(mesh.uv[b]))));
+        }
     std::vector<glm::uvec3> triangles;
     std::vector<uint32_t> materials;
     triangles.reserve(4 * mesh.triangles.size());
@@ -67,11 +105,8 @@ void divide(Mesh& mesh) {
             pollCpu();
         const glm::uvec3 t = mesh.triangles[i];
         glm::uvec3 middle;
-        for (int side = 0; side < 3; ++side) {
-            const uint64_t edge = edgeOf(t[side], t[(side + 1) % 3]);
-            const auto found = std::lower_bound(edges.begin(), edges.end(), edge);
-            middle[side] = uint32_t(firstNew + uint64_t(found - edges.begin()));
-        }
+        for (int side = 0; side < 3; ++side)
+            middle[side] = uint32_t(firstNew + edges.at(t[side], t[(side + 1) % 3]));
         triangles.push_back({t.x, middle.x, middle.z});
         triangles.push_back({middle.x, t.y, middle.y});
         triangles.push_back({middle.z, middle.y, t.z});
@@ -115,6 +150,8 @@ void repeat(Mesh& mesh, const Box& bounds, uint64_t step) {
 double areaOf(const TriangleView& triangles) {
     double twice = 0;
     for (size_t t = 0; t < triangles.count(); ++t) {
+        if (t % kPollInterval == 0)
+            pollCpu();
         const glm::dvec3 a(triangles.vertex(t, 0)), b(triangles.vertex(t, 1)),
             c(triangles.vertex(t, 2));
         twice += glm::length(glm::cross(b - a, c - a));
