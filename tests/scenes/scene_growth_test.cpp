@@ -126,6 +126,8 @@ TEST(SceneGrowth, TessellationKeepsAreaBoundsAndClosedSurfaces) {
     EXPECT_EQ(int(points.size()) - int(edgesOf(triangles).size() / 2) + int(triangles.count()), 2);
     // Each of the four has the normal and a quarter of the area of its parent, in its place.
     const Grown once(world, Growth::kTessellate, 1);
+    // A box has 8 vertices and 12 edges, and its faces 6 diagonals.
+    EXPECT_EQ(once.world.triangles().positions.count, 8 + 12 + 6u) << "an edge has one midpoint";
     for (size_t t = 0; t < 12; ++t)
         for (size_t part = 0; part < 4; ++part) {
             const auto cross = [](const TriangleView& of, size_t i) {
@@ -224,6 +226,40 @@ TEST(SceneGrowth, LeavesLieOnTheSurfaceOnAllOfIt) {
         const double expected = 6000 * areas[face] / 22.0;
         EXPECT_NEAR(countOnFace[face], expected, 6 * std::sqrt(expected)) << face;
     }
+}
+
+TEST(SceneGrowth, LeavesLieOnTheSideOfTheNormalWithinHalfALeafsLength) {
+    MeshBuilder builder("floor");
+    builder.quad({0, 0, 0}, {0, 0, 10}, {10, 0, 10}, {10, 0, 0}); // seen from above
+    for (const double y : {-5.0, 5.0})                            // make the bounds thick
+        builder.triangle(builder.vertex({5, y, 5}), builder.vertex({5, y, 5.001}),
+                         builder.vertex({5.001, y, 5}));
+    Scene scene = boxScene();
+    scene.meshes[0] = builder.take();
+    scene.nodes[0].local.translation = glm::vec3(0.0f);
+    const World world(scene, {});
+    const double halfLength = std::sqrt(0.1 * 100.0 / (2.0 * 2000));
+    const auto middles = [&](uint64_t seed) {
+        const Grown grown(world, Growth::kLeaves, 2000, {seed, 0.1, false});
+        const TriangleView triangles = grown.world.triangles();
+        std::vector<glm::vec3> points;
+        for (size_t t = 4; t < triangles.count(); t += 2)
+            points.push_back(0.5f * (triangles.vertex(t, 0) + triangles.vertex(t, 2)));
+        return points;
+    };
+    const std::vector<glm::vec3> of = middles(1), others = middles(2);
+    float low = 1e9f, high = -1e9f;
+    int farCount = 0;
+    for (size_t i = 0; i < of.size(); ++i) {
+        low = std::min(low, of[i].y);
+        high = std::max(high, of[i].y);
+        farCount += glm::length(of[i] - others[i]) > 10 * halfLength;
+    }
+    EXPECT_GE(low, -1e-6);
+    EXPECT_LT(low, 0.05 * halfLength);
+    EXPECT_LE(high, 1.0001 * halfLength);
+    EXPECT_GT(high, 0.95 * halfLength);
+    EXPECT_GT(farCount, 1800) << "another seed has other places";
 }
 
 TEST(SceneGrowth, TheSameArgumentsGiveTheSameBitsAndAnotherSeedOthers) {

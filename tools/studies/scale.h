@@ -29,7 +29,7 @@ struct ScaleRow {
 struct ScaleTable {
     std::string settings; ///< of all methods
     uint32_t width = 640, height = 360;
-    int warmups = 0, repeats = 5;      ///< rounds in which all methods are timed in turn
+    int warmups = 0, repeats = 6;      ///< rounds in which all methods are timed in turn
     double mostExactWrongShare = 1e-5; ///< of the pairs of a frame by exact rays
     uint32_t placedLightCount = 0;     ///< in scenes without lights; 0: such scenes are refused
     std::vector<ScaleRow> rows;

@@ -19,6 +19,7 @@ LOOKS = {  # colour, marker, dash; hollow marks are of warm maps
 VOXELS = ((GREEN, "^", "-"), (SKY, "v", "--"), (PURPLE, "P", "-."), (GREY, "X", ":"))  # from coarse to fine, then again
 PANELS = (("ns_per_pair", "time of a pair (ns)", 1), ("bytes", "memory (MiB)", 2.0 ** -20), ("build_s", "build time (s)", 1))
 WARM = "maps warm"
+LABEL = {"fontsize": 5.8, "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.85}}
 GROWTHS = {"tessellate": "triangles divided", "instance": "copies side by side", "leaves": "strewn with leaves"}
 
 
@@ -70,9 +71,10 @@ def mark_crossovers(axes, cells, crossovers, looks):
     for of, y in ((of, y) for of, y in places if y is not None and of["method"] in looks):
         x = of["triangle_count"]
         axes.plot([x], [y], linestyle="none", marker="o", markersize=7.5, markerfacecolor="none", markeredgecolor=BLACK, markeredgewidth=0.7, zorder=6)
-        labels.append((x, y, f"{of['method']}: {count_text(x)}", {"fontsize": 5.8}))
+        labels.append((x, y, f"{of['method']}: {count_text(x)}", LABEL))
     if labels:
-        place_labels(axes, labels, [(c["triangle_count"], c["ns_per_pair"]) for c in cells])
+        lines = [[(c["triangle_count"], c["ns_per_pair"]) for c in cells if c["method"] == name] for name in looks]
+        place_labels(axes, labels, [point for line in lines for point in line], lines)
 
 
 def panel(axes, cells, key, scale, looks):
