@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The options of a frame that are refused on every backend.
+#include "cuda/process_memory.h"
 #include "hybrid/frame/frame_state.h"
-
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,21 +14,10 @@ namespace {
 /// rays alike); more lights need more.
 constexpr uint64_t kLeastBytesPerPixel = 140;
 
-/// Returns the memory that the process may take: the machine's, or less by a limit of the process.
-uint64_t memoryBytes() {
-    uint64_t bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
-    for (const auto resource : {RLIMIT_DATA, RLIMIT_AS}) {
-        struct rlimit limit {};
-        if (getrlimit(resource, &limit) == 0)
-            bytes = std::min<uint64_t>(bytes, limit.rlim_cur);
-    }
-    return bytes;
-}
-
 /// Throws Error kResource for a picture that cannot fit, before the system ends the process.
 void checkMemory(const FrameOptions& options) {
     const uint64_t needed = kLeastBytesPerPixel * options.width * options.height;
-    const uint64_t available = memoryBytes();
+    const uint64_t available = processMemoryBytes();
     if (needed > available)
         throw Error(ErrorKind::kResource,
                     "a picture of " + std::to_string(options.width) + " x " +

@@ -85,7 +85,7 @@ def load_results(path):
     directory = path if os.path.isdir(path) else os.path.dirname(path) or "."
     if os.path.isdir(path):
         names = [n for n in ("results.json", "failures.json", "ablation.json", "stability.json", "real.json",
-                             "mutants.json", "adjudication.json") if os.path.isfile(os.path.join(path, n))]
+                             "mutants.json", "adjudication.json", "scale.json") if os.path.isfile(os.path.join(path, n))]
         if not names:
             raise InputError(f"{path}: contains no results of compare or study")
         path = os.path.join(path, names[0])

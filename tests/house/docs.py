@@ -32,7 +32,7 @@ PROMISED_ROW = re.compile(r"^\| (.+) \| (.+) \|$", re.MULTILINE)
 TEST_NAME = re.compile(r"`(\w+\.\w+)`")
 # A key that the reader of a study asks for.
 STUDY_KEY = re.compile(r'\.(?:choices?|flag|list|numbers?|object|required|requiredNumber|settings|texts?)\(\s*"(\w+)"')
-STUDY_KINDS = ("failures", "real", "stability", "ablation", "mutants", "adjudication")
+STUDY_KINDS = ("failures", "real", "stability", "ablation", "mutants", "adjudication", "scale")
 # A path below one of our folders, as comments and documents name it.
 FOLDERS = "cuda|gl|scenes|voxel|shadowmap|hybrid|tools|tests|docs|workflow|cmake"
 MENTION = re.compile(rf"(?<![\w./-])((?:{FOLDERS})/[\w./-]*\w\.(?:h|cpp|cu|py|md|glsl|comp|json))\b(?![*<{{])")

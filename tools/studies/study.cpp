@@ -8,6 +8,7 @@
 #include "tools/studies/failures.h"
 #include "tools/studies/mutants.h"
 #include "tools/studies/real_scenes.h"
+#include "tools/studies/scale.h"
 #include "tools/studies/stability.h"
 #include "tools/workspace/study_kinds.h"
 
@@ -23,7 +24,8 @@ using Make = std::unique_ptr<Study> (*)(const StudyFile&, const StudyRequest&, c
 
 /// In the order of kStudyKinds.
 constexpr Make kKinds[] = {makeAblationStudy, makeAdjudicationStudy, makeFailureStudy,
-                           makeMutantStudy,   makeRealStudy,         makeStabilityStudy};
+                           makeMutantStudy,   makeRealStudy,         makeScaleStudy,
+                           makeStabilityStudy};
 static_assert(std::size(kKinds) == std::size(kStudyKinds));
 
 } // namespace

@@ -5,7 +5,7 @@
 
 namespace shadowdag {
 
-inline constexpr const char* kStudyKinds[] = {"ablation", "adjudication", "failures",
-                                              "mutants",  "real",         "stability"};
+inline constexpr const char* kStudyKinds[] = {"ablation", "adjudication", "failures", "mutants",
+                                              "real",     "scale",        "stability"};
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag study ablation` and `study real` from end to end, small.
+// `shadowdag study ablation`, `study real` and `study scale` from end to end, small.
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -31,6 +31,37 @@ TEST(CompareMechanisms, WritesPageTableJsonAndChart) {
     EXPECT_TRUE(std::filesystem::exists(report + "/charts/mechanisms.svg"));
     EXPECT_THAT(readText(report + "/ablation.csv"), HasSubstr("small-pages"));
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
+}
+
+TEST(StudyScale, WritesPageTableJsonAndChartOfAUsersSceneAndFile) {
+    const TemporaryDirectory directory;
+    const std::string scene = directory / "box.glb", report = directory / "report";
+    ASSERT_EQ(runShadowdag(directory, {"scene", "builtin:fail-contact", "-o", scene}).status, 0);
+    const Json study = {{"kind", "scale"},
+                        {"title", "Small"},
+                        {"what", "A small scene."},
+                        {"size", "96x54"},
+                        {"repeats", 2},
+                        {"rows",
+                         {{{"name", "leaves"},
+                           {"scene", "builtin:atrium"},
+                           {"what", "Leaves."},
+                           {"grow", "leaves"},
+                           {"triangles", {200, 2000}},
+                           {"resolutions", {64}}}}}};
+    writeText(directory / "small.json", study.dump());
+    const ProgramResult result =
+        runShadowdag(directory, {"study", directory / "small.json", scene, "-o", report});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("leaves-box by voxels 64: "));
+    EXPECT_THAT(result.out, HasSubstr(" ns a pair"));
+    const Json json = Json::parse(readText(report + "/scale.json"));
+    EXPECT_EQ(json["crossovers"].size(), 4u);
+    EXPECT_EQ(json["cells"].size(), 10u);
+    EXPECT_TRUE(json.contains("other_cpu_share"));
+    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("charts/scale_leaves_box.svg"));
+    EXPECT_TRUE(std::filesystem::exists(report + "/charts/scale_leaves_box.png"));
+    EXPECT_THAT(readText(report + "/scale.csv"), HasSubstr("voxels 64"));
 }
 
 TEST(CompareReal, WritesPageTableJsonAndPictures) {

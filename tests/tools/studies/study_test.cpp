@@ -59,7 +59,7 @@ TEST(Study, ScenesThatWouldHaveOneNameAreRefused) {
 }
 
 TEST(Study, ShippedStudiesAreThoseInTheRepository) {
-    EXPECT_EQ(shippedStudies().size(), 7u);
+    EXPECT_EQ(shippedStudies().size(), 8u);
     for (const StudyFile& study : shippedStudies()) {
         EXPECT_EQ(study.json, findStudy(std::string(SDAG_SOURCE_DIR) + "/" + study.path).json);
         EXPECT_EQ(complaintAbout(study.name, [](Json&) {}), "nothing was refused");
@@ -68,7 +68,7 @@ TEST(Study, ShippedStudiesAreThoseInTheRepository) {
         complaintOf([] { findStudy("failure"); }),
         HasSubstr(
             "STUDY 'failure': must be one of ablation, adjudication, adjudication_real, failures, "
-            "mutants, real, stability, or a file ending in .json"));
+            "mutants, real, scale, stability, or a file ending in .json"));
     EXPECT_THAT(complaintOf([] { findStudy("none.json"); }), HasSubstr("none.json"));
 }
 

@@ -46,6 +46,8 @@ COMMANDS = {  # name: (module, what it does)
     "mutants": ("pages.mutants", "the page of shadowdag study mutants"),
     "adjudication": ("pages.adjudication", "the page of shadowdag study adjudication"),
     "adjudicated": ("adjudicated", "the tables of verdicts in docs/adjudicator.md"),
+    "scale": ("pages.scale", "the page and charts of shadowdag study scale"),
+    "scale-chart": ("charts.scale", "only the charts of shadowdag study scale"),
     "tracers": ("pages.tracers", "the page of shadowdag rays"),
     "mutation": ("mutation", "the table of faults in docs/mutants.md"),
     "determinism": ("determinism", "the table of determinism in docs/promises.md"),

@@ -11,7 +11,7 @@ import zlib
 KEYWORD = "shadowdag-data"
 # Raise the number of a command when its drawing changes: charts of earlier drawings are then stale.
 VERSIONS = {"charts": 4, "figures": 2, "stability-charts": 1, "mechanisms-chart": 2, "regret": 2, "bias": 1, "layouts": 1,
-            "frame": 3, "main": 3}
+            "frame": 3, "main": 3, "scale-chart": 1}
 PNG_HEAD = b"\x89PNG\r\n\x1a\n"
 
 
