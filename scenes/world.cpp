@@ -502,6 +502,20 @@ std::vector<uint32_t> World::moveInstances() {
     return moved;
 }
 
+namespace {
+
+/// Releases a hash and returns its digits.
+std::string takeHash(XXH3_state_t* state) {
+    const XXH128_hash_t hash = XXH3_128bits_digest(state);
+    XXH3_freeState(state);
+    char text[33];
+    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    return text;
+}
+
+} // namespace
+
 std::string World::geometryHash() const {
     XXH3_state_t* state = XXH3_createState();
     XXH3_128bits_reset(state);
@@ -534,12 +548,17 @@ std::string World::geometryHash() const {
         XXH3_128bits_update(state, cut.uv, sizeof cut.uv);
         XXH3_128bits_update(state, maskHashes[cut.mask].data(), 16);
     }
-    const XXH128_hash_t hash = XXH3_128bits_digest(state);
-    XXH3_freeState(state);
-    char text[33];
-    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return text;
+    return takeHash(state);
+}
+
+std::string World::contentHash() const {
+    static_assert(sizeof(Light) == 15 * sizeof(float)); // there is no padding
+    XXH3_state_t* state = XXH3_createState();
+    XXH3_128bits_reset(state);
+    XXH3_128bits_update(state, positions_.data(), positions_.size() * sizeof(positions_[0]));
+    XXH3_128bits_update(state, triangles_.data(), triangles_.size() * sizeof(triangles_[0]));
+    XXH3_128bits_update(state, lights_.data(), lights_.size() * sizeof(Light));
+    return takeHash(state);
 }
 
 } // namespace shadowdag

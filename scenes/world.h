@@ -96,6 +96,10 @@ public:
     /// moving triangles, which the hash does not cover. Every scene without static triangles has
     /// the same hash.
     std::string geometryHash() const;
+    /// Returns a 128-bit hash, 32 hex digits, of the vertices, triangles and lights at the current
+    /// time: with geometryHash(), which has the masks of what stands still, of what the pairs of a
+    /// view and their shadows depend on. Not of materials, cameras and animations.
+    std::string contentHash() const;
 
 private:
     void updateTransforms(bool movingOnly);

@@ -258,6 +258,7 @@ def of_gpu(results):
         f"with {min(wrong(runs[kept]) for runs in scenes.values()):.2f} to {max(wrong(runs[kept]) for runs in scenes.values()):.1f} % of the pairs wrong where "
         f"voxel rays have {min(wrong(runs[voxel]) for runs in scenes.values()):.1f} to {max(wrong(runs[voxel]) for runs in scenes.values()):.0f} %",
         f"Maps that are drawn anew take {whole(min(times[cold].values()))} to {whole(max(times[cold].values()))} ms",
+        f"Exact rays take {span([times[exact][name] / times[voxel][name] for name in scenes], '{:.1f}')} times as long as voxel rays there",
         f"draw {100 * min(run['drawn_map_count'] / (run['drawn_map_count'] + run['traced_map_count']) for run in drawn):.0f} to 100 % of the maps",
         f"1536 texels trace every light in {listed(sorted(traced))}"] + [
         f"`{name}` ({whole(times[cold][name])} against {whole(times[exact][name])}" for name in scenes]}

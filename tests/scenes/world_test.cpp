@@ -181,6 +181,24 @@ TEST(World, FirstOfTwoAnimationsOfOnePropertyPlays) {
     EXPECT_EQ(world.triangles().vertex(0, 0), glm::vec3(0, 0, 8));
 }
 
+TEST(World, ContentHashDependsOnLightsAndOnWhatMoves) {
+    Scene scene = triangles(2);
+    scene.animations.resize(1);
+    scene.animations[0].channels = {glide(1, {1, 0, 0})};
+    scene.lights.resize(1);
+    scene.nodes[0].light = 0;
+    const World base(scene, {});
+    EXPECT_EQ(World(scene, {}).contentHash(), base.contentHash());
+    Scene lit = scene, placed = scene;
+    lit.lights[0].color *= 2.0f;
+    placed.nodes[1].local.translation = {0, 3, 0};
+    placed.animations[0].channels[0].values = {glm::vec4(0, 3, 0, 0), glm::vec4(1, 3, 0, 0)};
+    for (const Scene& other : {lit, placed}) {
+        EXPECT_NE(World(other, {}).contentHash(), base.contentHash());
+        EXPECT_EQ(World(other, {}).geometryHash(), base.geometryHash());
+    }
+}
+
 TEST(World, LightsAndCamerasFollowTheirNodes) {
     Scene scene = triangles(3);
     scene.lights = {{"spot", Light::kSpot, {1, 2, 0.5f}, 10.0f, 0.0f, 0.0f, 1.0471976f},

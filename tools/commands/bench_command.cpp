@@ -87,6 +87,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
                : printRasterBench(console.people(), result);
     result["scene"] = scene.name;
     result["scene_hash"] = scene.geometryHash;
+    result["content_hash"] = scene.contentHash;
     result["camera"] = options.camera;
     result["camera_numbers"] = cameraText(camera);
     result["size"] = options.size;

@@ -463,6 +463,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             found.results["scenes"].push_back(
                 {{"scene", scene.name},
                  {"scene_hash", scene.geometryHash},
+                 {"content_hash", scene.contentHash},
                  {"camera", ofView.camera},
                  {"thresholds", settingOf("--thresholds").json(ofView)},
                  {"triangle_count", scene.world->triangles().count()},

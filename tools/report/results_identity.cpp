@@ -48,11 +48,17 @@ std::string kindOf(const Json& results) {
     return "";
 }
 
-Json scenesOf(const Json& results) {
-    Json scenes = Json::object();
+/// Adds the hashes of all scenes to an identity.
+void addScenes(const Json& results, ResultsIdentity& identity) {
+    identity.scenes = identity.contents = Json::object();
     const auto add = [&](const Json& of, const char* hash) {
-        if (of.is_object() && of.contains("scene") && of["scene"].is_string() && of.contains(hash))
-            scenes[of["scene"].get<std::string>()] = of[hash];
+        if (!of.is_object() || !of.contains("scene") || !of["scene"].is_string())
+            return;
+        const std::string scene = of["scene"];
+        if (of.contains(hash))
+            identity.scenes[scene] = of[hash];
+        if (of.contains("content_hash"))
+            identity.contents[scene] = of["content_hash"];
     };
     add(results, "scene_hash");
     for (const auto& [list, hash] :
@@ -60,7 +66,6 @@ Json scenesOf(const Json& results) {
         if (results.contains(list) && results[list].is_array())
             for (const Json& scene : results[list])
                 add(scene, hash);
-    return scenes;
 }
 
 } // namespace
@@ -75,7 +80,7 @@ ResultsIdentity identityOf(const Json& results) {
     for (const char* key : {"method", "model", "parameters", "settings", "size", "resolution"})
         if (results.contains(key)) // of validate, bench and studies before they were files
             identity.experiment[std::string("of ") + key] = results[key];
-    identity.scenes = scenesOf(results);
+    addScenes(results, identity);
     identity.machine = identity.program = Json::object();
     const Json provenance = results.value("provenance", Json::object());
     for (const auto& [key, value] : provenance.items())
@@ -88,9 +93,11 @@ ResultsIdentity identityOf(const Json& results) {
 }
 
 std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b) {
-    for (const auto& [scene, hash] : a.scenes.items())
-        if (b.scenes.contains(scene) && b.scenes[scene] != hash)
-            return scene + " has the hash " + hash.dump() + " and " + b.scenes[scene].dump();
+    for (const auto& [of, what] : {std::pair(&ResultsIdentity::scenes, "hash "),
+                                   std::pair(&ResultsIdentity::contents, "content hash ")})
+        for (const auto& [scene, hash] : (a.*of).items())
+            if ((b.*of).contains(scene) && (b.*of)[scene] != hash)
+                return scene + " has the " + what + hash.dump() + " and " + (b.*of)[scene].dump();
     return "";
 }
 

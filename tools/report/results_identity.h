@@ -14,7 +14,8 @@ namespace shadowdag {
 struct ResultsIdentity {
     std::string kind; ///< "compare", "study failures", "validate", ...
     Json experiment;  ///< what was asked for, without texts for readers and recorded counts
-    Json scenes;      ///< hash by scene
+    Json scenes;      ///< hash of what is voxelized, by scene
+    Json contents;    ///< hash of triangles and lights by scene, of results that have it
     Json machine;     ///< what times depend on
     Json program;     ///< commit, compiler, flags: may differ
 };

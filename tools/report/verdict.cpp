@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/verdict.h"
 
+#include "cuda/quantile_interval.h"
 #include "hybrid/routing/cost_model.h"
 #include "tools/settings/json_file.h"
 #include "tools/workspace/frame_json.h"
@@ -23,19 +24,31 @@ namespace {
 /// A variant over all frames of a scene. Times are sums until finish().
 struct Variant {
     std::string label;
-    double timeMs = 0, minMs = 0, maxMs = 0, otherCpuShare = 0;
+    double timeMs = 0, minMs = 0, maxMs = 0, lowMs = 0, highMs = 0, otherCpuShare = 0;
+    std::vector<double> roundMs; ///< of each round in which all variants were timed; may be empty
     uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
     bool hasFullPool = false, needsCosts = false;
 
     double wrongShare() const {
         return double(wrongCount) / double(std::max<uint64_t>(1, pairCount));
     }
-    double spreadMs() const { return maxMs - minMs; }
+    /// Returns the width of the interval of the time, which does not grow with the repeats as the
+    /// range does.
+    double spreadMs() const { return highMs - lowMs; }
 
     void add(const Json& run) {
         timeMs += run.at("time_ms").get<double>();
         minMs += run.at("time_ms_min").get<double>();
         maxMs += run.at("time_ms_max").get<double>();
+        lowMs += run.value("time_ms_low", run.at("time_ms_min").get<double>());
+        highMs += run.value("time_ms_high", run.at("time_ms_max").get<double>());
+        const auto rounds = run.value("round_times_ms", std::vector<double>());
+        if (frameCount == 0)
+            roundMs.assign(rounds.size(), 0.0);
+        if (rounds.size() != roundMs.size())
+            roundMs.clear();
+        for (size_t i = 0; i < roundMs.size(); ++i)
+            roundMs[i] += rounds[i];
         otherCpuShare = std::max(otherCpuShare, run.value("other_cpu_share", 0.0));
         repeatCount = std::min(repeatCount, run.value("repeat_count", uint64_t(1)));
         pairCount += run.at("pair_count").get<uint64_t>();
@@ -47,13 +60,23 @@ struct Variant {
         ++frameCount;
     }
     void finish() {
-        for (double* ms : {&timeMs, &minMs, &maxMs})
+        for (double* ms : {&timeMs, &minMs, &maxMs, &lowMs, &highMs})
             *ms /= double(frameCount);
     }
 };
 
-/// Returns whether a is faster than b by more than half of the larger spread of both.
+/// Returns whether a is faster than b: in the rounds in which both were timed, by kVerdictTie at
+/// least and with the whole interval of the ratio; without enough rounds, by more than half of the
+/// larger spread of both.
 bool isFaster(const Variant& a, const Variant& b) {
+    if (!a.roundMs.empty() && a.roundMs.size() == b.roundMs.size()) {
+        std::vector<double> ratios(a.roundMs.size());
+        for (size_t i = 0; i < ratios.size(); ++i)
+            ratios[i] = a.roundMs[i] / b.roundMs[i];
+        const QuantileInterval ratio = medianInterval(std::move(ratios));
+        if (ratio.isWide())
+            return ratio.value <= 1.0 - kVerdictTie && ratio.high < 1.0;
+    }
     return a.timeMs + 0.5 * std::max(a.spreadMs(), b.spreadMs()) < b.timeMs;
 }
 
@@ -115,9 +138,10 @@ public:
             if (!least_.label.empty())
                 text += " The least wrong is " + describe(least_) + ".";
         } else {
-            text += "use " + describe(use_) + ".";
-            text += second_.label.empty() ? " No other variant can be recommended."
-                                          : " Second: " + describe(second_) + ".";
+            text += "use " + describe(use_) + firstFrame(use_) + ".";
+            text += second_.label.empty()
+                        ? " No other variant can be recommended."
+                        : " Second: " + describe(second_) + firstFrame(second_) + ".";
         }
         text += distrustText();
         std::string cautions;
@@ -127,6 +151,20 @@ public:
     }
 
 private:
+    /// Returns the time of the frame that drew the maps which a warm one finds; "" for a cold one.
+    std::string firstFrame(const Variant& v) const {
+        const size_t at = v.label.find(" warm");
+        if (at == std::string::npos)
+            return "";
+        std::string cold = v.label;
+        cold.erase(at, 5);
+        for (const Variant& other : variants_)
+            if (other.label == cold)
+                return formatted(" (a later frame of the same view; the first takes %.1f ms)",
+                                 other.timeMs);
+        return " (a later frame of the same view, whose maps are drawn)";
+    }
+
     /// @param detail of this variant, in brackets; may be ""
     void distrust(const Variant& v, const std::string& reason, const std::string& detail) {
         notTrusted_.push_back({{"label", v.label}, {"reason", reason}, {"detail", detail}});

@@ -9,14 +9,16 @@ namespace shadowdag {
 
 /// A variant with more wrong pairs than this, as a share of all, is not recommended.
 constexpr double kVerdictWrongShare = 0.01;
-/// A time that varies by more than this share of its median is not trusted, unless its slowest run
-/// is faster than all runs whose times are.
+/// A time whose interval is wider than this share of its median is not trusted, unless its slowest
+/// run is faster than all runs whose times are.
 constexpr double kVerdictSpread = 0.25;
+/// Times that differ by less than this share are the same to a user, however surely they differ.
+constexpr double kVerdictTie = 0.03;
 
 /// Returns {"text", "wrong_share_bound", "scenes": [{"scene", "use", "second", "not_trusted":
 /// [{"label", "reason", "detail"}], "cautions"}]}. "text" has a line for each scene. "use" is, of
 /// the variants within the bound whose numbers are trusted, the fastest; of those that are not
-/// slower than it by more than the spread of the times, the one with the fewest wrong pairs.
+/// slower than it in the rounds in which both were timed, the one with the fewest wrong pairs.
 /// "second" is the same without it; null if there is none. Variants are merged over frames: mean
 /// times, the wrong pairs of all.
 /// @param results the content of results.json: provenance, experiment, runs and sequence_runs

@@ -227,6 +227,7 @@ Json FitMeasurer::scenes() const {
     for (const auto& scene : scenes_)
         list.push_back({{"scene", scene->workspace.scene().name},
                         {"scene_hash", scene->workspace.scene().geometryHash},
+                        {"content_hash", scene->workspace.scene().contentHash},
                         {"triangle_count", scene->workspace.world().triangles().count()},
                         {"light_count", scene->workspace.world().lights().size()},
                         {"frames", scene->frames}});

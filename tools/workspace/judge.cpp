@@ -62,8 +62,8 @@ std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
     if (pairCount == 0)
         throw Error(ErrorKind::kInput,
                     view + ": no light reaches what the camera sees, so there is nothing to "
-                           "compare; give another --camera, as in --camera auto, or place lights "
-                           "with --lights 32");
+                           "compare; give another --camera, as in --camera auto, or place more "
+                           "lights with --lights");
     if (pairCount >= kFewPairCount)
         return "";
     return view + ": has only " + std::to_string(pairCount) +
@@ -76,7 +76,7 @@ std::string darkPictureWarning(const std::string& view, uint64_t pairCount) {
     return pairCount > 0 ? fewPairsWarning(view, pairCount)
                          : view + ": no light reaches what the camera sees, so the picture is "
                                   "black; give another --camera, as in --camera auto, or place "
-                                  "lights with --lights 32";
+                                  "more lights with --lights";
 }
 
 std::vector<std::string> fewPairsWarnings(const Json& results) {

@@ -133,6 +133,7 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     loaded.world = std::make_unique<World>(*loaded.scene, options);
     checkInterrupted();
     loaded.geometryHash = loaded.world->geometryHash();
+    loaded.contentHash = loaded.world->contentHash();
     checkInterrupted();
     if (needsLights && lightCount == 0)
         throw Error(ErrorKind::kUsage, "--lights '0': leaves " + sceneArgument +
@@ -163,6 +164,7 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options) {
     loaded.scene = std::make_unique<Scene>(std::move(scene));
     loaded.world = std::make_unique<World>(*loaded.scene, options);
     loaded.geometryHash = loaded.world->geometryHash();
+    loaded.contentHash = loaded.world->contentHash();
     return loaded;
 }
 

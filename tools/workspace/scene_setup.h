@@ -18,6 +18,7 @@ struct LoadedScene {
     std::string argument; ///< as the user named it
     std::string name;     ///< as sceneNames() gives it
     std::string geometryHash;
+    std::string contentHash; ///< at time 0
     std::unique_ptr<Scene> scene;
     std::unique_ptr<World> world;
 };

@@ -202,6 +202,7 @@ Json SingleFrames::reproduction() const {
     run.model = methodOf(method_.method).modelText(method_.model);
     return {{"scene", sceneName()},
             {"scene_hash", workspace_->scene().geometryHash},
+            {"content_hash", workspace_->scene().contentHash},
             {"frame", frame_},
             {"time_s", world().timeSeconds()},
             {"camera_numbers", cameraText(workspace_->camera())},

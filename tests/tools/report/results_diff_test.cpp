@@ -235,6 +235,10 @@ TEST(ResultsDiff, OtherExperimentsScenesAndMachinesAreRefusedUnlessAllowed) {
                                                  "size was \"1x1\" and is \"2x2\""));
     EXPECT_THAT(refusalOf(base, size), HasSubstr("--allow experiment"));
     EXPECT_THAT(refusalOf(base, scene), HasSubstr("different scenes: s has the hash"));
+    const Json lit = with("/scenes/0/content_hash", "l"),
+               dark = with("/scenes/0/content_hash", "d");
+    EXPECT_THAT(refusalOf(lit, dark), HasSubstr("different scenes: s has the content hash"));
+    EXPECT_EQ(refusalOf(base, lit), "") << "results of programs that did not write it";
     EXPECT_THAT(refusalOf(base, machine), HasSubstr("different machines: cpu was \"c\""));
     EXPECT_EQ(refusalOf(base, with("/experiment/title", "u")), "") << "a text for readers";
     EXPECT_EQ(refusalOf(base, with("/provenance/commit", "2")), "");

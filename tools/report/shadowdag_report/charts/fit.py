@@ -30,7 +30,7 @@ def frontier(points):
 def draw(result, base):
     percent = 100 if result["metric"] == "false" else 1
     if result["minimise"] == "bytes":
-        cost_of, unit = (lambda m: m["bytes"] / 2**20), "voxels and maps, peak (MiB)"
+        cost_of, unit = (lambda m: m["bytes"] / 2**20), "shadow data, peak (MiB)"
     else:
         cost_of, unit = (lambda m: m["first_frame_time_ms"]), "time of the first frame (ms)"
     measured = [m for m in result["models"] if "error" in m]

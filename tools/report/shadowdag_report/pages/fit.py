@@ -64,7 +64,7 @@ def facts(headings):
 def fit_plot(result, by_index):
     """Returns the chart of the measured models. by_index: these, by their place among all"""
     name, scale = METRICS[result["metric"]]
-    cost_of, unit, axis = ((lambda m: m["bytes"] / MEBI, "MiB", "voxels and maps, peak (MiB)") if result["minimise"] == "bytes" else
+    cost_of, unit, axis = ((lambda m: m["bytes"] / MEBI, "MiB", "shadow data, peak (MiB)") if result["minimise"] == "bytes" else
                      (lambda m: m[TIME], "ms", "time of the first frame (ms)"))
     chosen = [i for i, m in by_index.items() if m["status"] == "chosen"]
     front, best = [], None
