@@ -85,7 +85,7 @@ Crossover crossoverOf(std::vector<ScalePoint> method, std::vector<ScalePoint> ba
 /// Returns the crossovers of every row's methods against Embree: "row", "method", "kind",
 /// "triangle_count" (null without), "least_triangle_count", "largest_triangle_count", of the
 /// largest "ns_per_pair", "embree_ns_per_pair" and "are_apart" (the intervals of both are
-/// disjoint), and "text", a sentence.
+/// known and disjoint), and "text", a sentence.
 Json crossoversOf(const Json& cells);
 
 std::unique_ptr<Study> makeScaleStudy(const StudyFile& file, const StudyRequest& request,

@@ -51,8 +51,10 @@ std::string textOf(const Crossover& crossover) {
     case CrossoverKind::kFrom:
         return "faster than Embree from " + countText(crossover.triangleCount) + " triangles on";
     case CrossoverKind::kEverywhere:
-        return "faster than Embree at all numbers of triangles, " + countText(crossover.least) +
-               " to " + countText(crossover.largest);
+        return crossover.least == crossover.largest
+                   ? "faster than Embree at " + countText(crossover.largest) + " triangles"
+                   : "faster than Embree at all numbers of triangles, " +
+                         countText(crossover.least) + " to " + countText(crossover.largest);
     case CrossoverKind::kUpTo:
         return "faster than Embree up to " + countText(crossover.triangleCount) +
                " triangles, slower at " + countText(crossover.largest);
@@ -124,8 +126,11 @@ Json crossoversOf(const Json& cells) {
             json["largest_triangle_count"] = crossover.largest;
             json["ns_per_pair"] = own["ns_per_pair"];
             json["embree_ns_per_pair"] = other["ns_per_pair"];
-            json["are_apart"] = own["ns_per_pair_high"] < other["ns_per_pair_low"] ||
-                                other["ns_per_pair_high"] < own["ns_per_pair_low"];
+            // A single time has no interval.
+            json["are_apart"] = own["ns_per_pair_confidence"] > 0 &&
+                                other["ns_per_pair_confidence"] > 0 &&
+                                (own["ns_per_pair_high"] < other["ns_per_pair_low"] ||
+                                 other["ns_per_pair_high"] < own["ns_per_pair_low"]);
         }
         crossovers.push_back(std::move(json));
     }

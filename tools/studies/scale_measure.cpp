@@ -50,13 +50,19 @@ std::vector<ScaleMethod> methodsOf(const ScaleRow& row) {
     return methods;
 }
 
+/// A scene before it grows.
+struct BaseScene {
+    LoadedScene scene;
+    bool arePlaced; ///< its lights, because it has none that shine
+};
+
 /// Returns the row's scene with lights: its own, or, if it has none, placed ones.
-LoadedScene loadBase(const ScaleTable& table, const ScaleRow& row, const Console& console) {
+BaseScene loadBase(const ScaleTable& table, const ScaleRow& row, const Console& console) {
     LoadedScene scene =
         loadSceneAndWorld(row.scene, -1, kSeed, table.placedLightCount == 0, console);
     if (!scene.world->lights().empty())
-        return scene;
-    return loadSceneAndWorld(row.scene, int(table.placedLightCount), kSeed, true, console);
+        return {std::move(scene), false};
+    return {loadSceneAndWorld(row.scene, int(table.placedLightCount), kSeed, true, console), true};
 }
 
 /// Replaces a scene's lights by placed ones, which a grown world would place elsewhere.
@@ -84,9 +90,9 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
 /// A scene at one number of triangles.
 class GrownScene {
 public:
-    GrownScene(const ScaleTable& table, const ScaleRow& row, const LoadedScene& base, uint64_t step,
+    GrownScene(const ScaleTable& table, const ScaleRow& row, const BaseScene& base, uint64_t step,
                const StudyRequest& request)
-        : table_(table), row_(row), camera_(chooseCamera(*base.world, row.camera)),
+        : table_(table), row_(row), camera_(chooseCamera(*base.scene.world, row.camera)),
           workspace_(grow(row, base, step, growSeconds_), {request.backend, "", {}}),
           judge_(workspace_) {}
 
@@ -146,12 +152,12 @@ private:
         return workspace_.renderer(method.resolutionLog2, method.role());
     }
 
-    static LoadedScene grow(const ScaleRow& row, const LoadedScene& base, uint64_t step,
+    static LoadedScene grow(const ScaleRow& row, const BaseScene& base, uint64_t step,
                             double& seconds) {
         const auto start = std::chrono::steady_clock::now();
-        Scene scene = grownScene(*base.world, row.growth, step, row.leaves);
-        if (base.scene->lights.empty())
-            authorPointLights(scene, base.world->lights());
+        Scene scene = grownScene(*base.scene.world, row.growth, step, row.leaves);
+        if (base.arePlaced)
+            authorPointLights(scene, base.scene.world->lights());
         seconds = secondsSince(start);
         return loadedScene(std::move(scene));
     }
@@ -222,8 +228,8 @@ void addTimes(const Timing& timing, Json& cell) {
 Json measureScale(const ScaleTable& table, const ScaleRow& row, size_t index,
                   const StudyRequest& request, const Console& console) {
     Json results = {{"steps", Json::array()}, {"cells", Json::array()}, {"skipped", Json::array()}};
-    std::optional<LoadedScene> base = loadBase(table, row, console);
-    const uint64_t baseCount = base->world->triangles().count(),
+    std::optional<BaseScene> base = loadBase(table, row, console);
+    const uint64_t baseCount = base->scene.world->triangles().count(),
                    asked = row.triangleCounts.at(index),
                    step = nearestStep(row.growth, baseCount, asked),
                    count = grownCount(row.growth, baseCount, step);

@@ -91,7 +91,7 @@ TEST(StudyFailures, ContradictingOptionsAreRefused) {
     refuse({"compare", "mechanisms"}, "run by shadowdag study ablation -o DIR");
     const ProgramResult list = runShadowdag(directory, {"study", "--list", "--json"});
     EXPECT_EQ(list.status, 0) << list.err;
-    EXPECT_EQ(list.json()["studies"].size(), 7u);
+    EXPECT_EQ(list.json()["studies"].size(), 8u);
 }
 
 TEST(StudyFailures, ScenesThatCannotBeMeasuredAreRefusedBeforeUnfinishedWorkIsDeleted) {
