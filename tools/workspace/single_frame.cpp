@@ -141,12 +141,15 @@ void SingleFrames::setView(const std::string& camera) {
 }
 
 const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
-    const auto step = console_.step("render by " + method_.method);
     workspace_->setTime(timeSeconds);
     frame_ = frame;
     judge_->forget();
+    const Camera camera = [&] {
+        const auto step = console_.step("place the view");
+        return workspace_->camera();
+    }();
+    const auto step = console_.step("render by " + method_.method);
     FrameRenderer& renderer = workspace_->renderer(run_);
-    const Camera camera = workspace_->camera();
     if (methodOf(method_.method).isTruth()) { // the method's own results are not used
         answers_ = {};
         answers_.frame.pairs = renderer.listPairs(camera, run_.frame);
