@@ -25,7 +25,8 @@ namespace {
 struct Variant {
     std::string label;
     double timeMs = 0, minMs = 0, maxMs = 0, lowMs = 0, highMs = 0, otherCpuShare = 0;
-    std::vector<double> roundMs; ///< of each round in which all variants were timed; may be empty
+    std::vector<double> roundMs =
+        {}; ///< of each round in which all variants were timed; may be empty
     uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
     bool hasFullPool = false, needsCosts = false;
 
