@@ -22,12 +22,16 @@ namespace shadowdag {
 namespace {
 
 /// The keys that name a row, those of them that it has.
-constexpr const char* kNameKeys[] = {"part",  "scene",   "failure", "row",    "name",   "group",
-                                     "case",  "kind",    "frame",   "label",  "method", "remedy",
-                                     "light", "measure", "band",    "tracer", "order"};
+constexpr const char* kNameKeys[] = {"part",   "scene",  "failure",
+                                     "row",    "name",   "group",
+                                     "case",   "kind",   "asked_triangle_count",
+                                     "frame",  "label",  "method",
+                                     "remedy", "light",  "measure",
+                                     "band",   "tracer", "order"};
 /// Lists that hold no results, or costs without a spread.
-constexpr const char* kOtherLists[] = {"scenes", "map_costs", "truth_images", "pictures",
-                                       "broken", "warnings",  "left_out",     "disagreements"};
+constexpr const char* kOtherLists[] = {"scenes",   "map_costs",     "truth_images",
+                                       "pictures", "broken",        "warnings",
+                                       "left_out", "disagreements", "crossovers"};
 /// Members that are lists of objects.
 constexpr const char* kLists[] = {"runs",    "sequence_runs", "cells",   "checks",
                                   "mutants", "mechanisms",    "numeric", "perturbation",
