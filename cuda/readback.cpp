@@ -12,9 +12,16 @@
 namespace shadowdag {
 
 Readback::Readback(Backend backend, size_t wordCount) : backend_(backend) {
+    reserve(wordCount);
+}
+
+void Readback::reserve(size_t wordCount) {
+    if (wordCount <= host_.count)
+        return;
+    release();
     const size_t bytes = wordCount * sizeof(uint32_t);
-    void* const words = backend == Backend::kCuda ? device::allocatePinned(bytes)
-                                                  : ::operator new(bytes, std::nothrow);
+    void* const words = backend_ == Backend::kCuda ? device::allocatePinned(bytes)
+                                                   : ::operator new(bytes, std::nothrow);
     if (!words)
         throw Error(ErrorKind::kResource, "no " + std::to_string(bytes) +
                                               " bytes of host memory for a readback; close other "
@@ -23,6 +30,12 @@ Readback::Readback(Backend backend, size_t wordCount) : backend_(backend) {
 }
 
 Readback::~Readback() {
+    release();
+}
+
+void Readback::release() {
+    if (!host_.data)
+        return;
     try {
         // A copy that is queued still writes, even if there was no mark to be had behind it.
         mark_ ? mark_->wait() : synchronize(backend_);
@@ -32,10 +45,13 @@ Readback::~Readback() {
         device::releasePinned(host_.data);
     else
         ::operator delete(host_.data);
+    host_ = {};
+    mark_.reset();
 }
 
 void Readback::request(View<const uint32_t> words) {
-    SDAG_ASSERT(words.count <= host_.count);
+    if (words.count > host_.count)
+        reserve(2 * words.count);
     asked_ = words.count;
     mark_.reset();
     detail::countReadback(words.count * sizeof(uint32_t));

@@ -4,14 +4,12 @@
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
 #include "scenes/animation.h"
+#include "scenes/content_hash.h"
 #include "scenes/light_placement.h"
-
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <limits>
 #include <map>
@@ -502,29 +500,16 @@ std::vector<uint32_t> World::moveInstances() {
     return moved;
 }
 
-namespace {
-
-/// Releases a hash and returns its digits.
-std::string takeHash(XXH3_state_t* state) {
-    const XXH128_hash_t hash = XXH3_128bits_digest(state);
-    XXH3_freeState(state);
-    char text[33];
-    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return text;
-}
-
-} // namespace
+static_assert(sizeof(Light) == 15 * sizeof(float)); // there is no padding in what is hashed
 
 std::string World::geometryHash() const {
-    XXH3_state_t* state = XXH3_createState();
-    XXH3_128bits_reset(state);
+    ContentHasher hasher;
     // Nine floats a triangle, in order, as their bits; chunks spare the call per triangle.
     std::vector<glm::vec3> chunk;
     constexpr size_t kChunkTriangles = 1024;
     chunk.reserve(3 * kChunkTriangles);
     const auto flush = [&] {
-        XXH3_128bits_update(state, chunk.data(), chunk.size() * sizeof(glm::vec3));
+        hasher.add(chunk.data(), chunk.size() * sizeof(glm::vec3));
         chunk.clear();
     };
     for (uint32_t t : staticTriangles_) {
@@ -544,21 +529,23 @@ std::string World::geometryHash() const {
         if (!maskHashes.count(cut.mask))
             maskHashes[cut.mask] = masks_.contentHash(cut.mask);
         const uint64_t which = i;
-        XXH3_128bits_update(state, &which, sizeof which);
-        XXH3_128bits_update(state, cut.uv, sizeof cut.uv);
-        XXH3_128bits_update(state, maskHashes[cut.mask].data(), 16);
+        hasher.add(&which, sizeof which);
+        hasher.add(cut.uv, sizeof cut.uv);
+        hasher.add(maskHashes[cut.mask].data(), 16);
     }
-    return takeHash(state);
+    return hashText(hasher.hash());
 }
 
 std::string World::contentHash() const {
-    static_assert(sizeof(Light) == 15 * sizeof(float)); // there is no padding
-    XXH3_state_t* state = XXH3_createState();
-    XXH3_128bits_reset(state);
-    XXH3_128bits_update(state, positions_.data(), positions_.size() * sizeof(positions_[0]));
-    XXH3_128bits_update(state, triangles_.data(), triangles_.size() * sizeof(triangles_[0]));
-    XXH3_128bits_update(state, lights_.data(), lights_.size() * sizeof(Light));
-    return takeHash(state);
+    ContentHasher hasher;
+    hasher.add(positions_.data(), positions_.size() * sizeof(positions_[0]));
+    hasher.add(triangles_.data(), triangles_.size() * sizeof(triangles_[0]));
+    hasher.add(lights_.data(), lights_.size() * sizeof(Light));
+    return hashText(hasher.hash());
+}
+
+std::string World::lightHash() const {
+    return hashText(shadowdag::contentHash(lights_.data(), lights_.size() * sizeof(Light)));
 }
 
 } // namespace shadowdag

@@ -100,6 +100,8 @@ public:
     /// time: with geometryHash(), which has the masks of what stands still, of what the pairs of a
     /// view and their shadows depend on. Not of materials, cameras and animations.
     std::string contentHash() const;
+    /// Returns a 128-bit hash, 32 hex digits, of the lights at the current time.
+    std::string lightHash() const;
 
 private:
     void updateTransforms(bool movingOnly);

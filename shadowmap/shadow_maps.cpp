@@ -127,8 +127,7 @@ struct ShadowMaps::State {
     // Written by page masks: pages before each word, then their number, then those of every map of
     // the steps.
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
-    std::unique_ptr<Readback> pagesReadback; // from their number on
-    size_t pagesReadbackWords = 0;
+    Readback pagesReadback{backend};      // from their number on
     int markedStep = 0, countedSteps = 0; // of the last mark
 
     // Written by page allocation; read by rasterization and lookups.
@@ -237,11 +236,7 @@ struct ShadowMaps::State {
             runPass(backend, CountPagesOfMaps{{stepMaps.view().data, countedMaps},
                                               std::as_const(stepBits).view(),
                                               {first.data + first.count, countedMaps}});
-        if (countedMaps + 1 > pagesReadbackWords) {
-            pagesReadbackWords = 2 * (countedMaps + 1);
-            pagesReadback = std::make_unique<Readback>(backend, pagesReadbackWords);
-        }
-        pagesReadback->request({first.data + words, 1 + countedMaps});
+        pagesReadback.request({first.data + words, 1 + countedMaps});
     }
 
     /// Queues to mark at the divisor of the last build, and to count the pages at those before it,
@@ -264,7 +259,7 @@ struct ShadowMaps::State {
             lastSteps = 0;
             return 0;
         }
-        View<const uint32_t> found = pagesReadback->wait();
+        View<const uint32_t> found = pagesReadback.wait();
         std::vector<uint64_t> counted;
         const uint32_t* ofMaps = found.data + 1;
         for (int step = 0; step < countedSteps; ++step, ofMaps += requests.size())
@@ -275,7 +270,7 @@ struct ShadowMaps::State {
         for (;; ++step) {
             if (step != markedStep) {
                 queueMark(requests, inputs, step, 0, 0);
-                found = pagesReadback->wait();
+                found = pagesReadback.wait();
             }
             const uint64_t wanted = found[0];
             if (step == 0)

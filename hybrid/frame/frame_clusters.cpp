@@ -70,13 +70,8 @@ void FrameClusters::gatherLists(const VisibleSurface& surface, const ViewRays& v
                               isGuessed ? std::as_const(lights_.length).view() : at(lights_.start),
                               demand_.lengths()});
     }
-    const View<const uint32_t> ofMaps = std::as_const(demand_.ofMaps).view();
-    if (ofMaps.count > readbackWords_) {
-        readbackWords_ = 2 * ofMaps.count;
-        readback_ = std::make_unique<Readback>(backend, readbackWords_);
-    }
-    readback_->request(ofMaps);
-    const View<const uint32_t> read = readback_->wait();
+    readback_.request(std::as_const(demand_.ofMaps).view());
+    const View<const uint32_t> read = readback_.wait();
     ofMaps_.assign(read.begin(), read.end());
 }
 

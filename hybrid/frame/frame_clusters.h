@@ -17,7 +17,7 @@ class FrameClusters {
 public:
     explicit FrameClusters(const FrameContext& context)
         : context_(context), clusters_(context.backend), lights_(context.backend),
-          ordered_(context.backend), demand_(context.backend) {}
+          ordered_(context.backend), demand_(context.backend), readback_(context.backend) {}
 
     /// Sets whether lists have guessed lengths; forgets the guesses. @param spare as
     /// LengthGuess::forget
@@ -67,8 +67,7 @@ private:
     OrderedLights ordered_; ///< of FrameOptions::reorderLights
     LightDemand demand_;
     std::vector<uint32_t> ofMaps_;
-    std::unique_ptr<Readback> readback_; // of ofMaps_
-    size_t readbackWords_ = 0;
+    Readback readback_; // of ofMaps_
     RayDetail rayDetail_;
 
     /// The estimated lengths of the lists.

@@ -94,7 +94,8 @@ SDAG_HD inline uint32_t servingOctave(uint32_t occupied, uint32_t octave, uint32
 /// A slot is light * kMaxMapsPerLight + octave. wantedSquared: one a (cluster, light) pair.
 struct LightDemandView {
     View<uint32_t> resolutionSquaredBits; ///< by light: float bits of the maximum R^2
-    View<uint32_t> occupiedOctaves;       ///< by light: bits of the octaves that are requested
+    View<uint32_t> occupiedOctaves;       ///< by light: bits of the octaves that are requested;
+                                          ///< 0 with one map per light
     View<float> wantedSquared;            ///< R^2 of the pair
     View<uint32_t> mapSquaredBits;        ///< these three by slot: the maximum R^2,
     View<uint32_t> mapSampleCount;        ///< samples of its clusters,
@@ -109,7 +110,8 @@ struct DemandResolution {
     View<const Light> lights;
     ViewRays view;
     LightDemandView demand;
-    float scale; ///< of R^2: 1 / undersample^2
+    float scale;           ///< of R^2: 1 / undersample^2
+    uint32_t mapsPerLight; ///< 1: octaves are not needed
     ResolutionRule rule = ResolutionRule::kSphere;
     GBufferView gbuffer = {}; ///< not read by kSphere
 
@@ -147,7 +149,8 @@ struct DemandResolution {
             demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
             raiseOnceRelaxed(&demand.resolutionSquaredBits[l], std::bit_cast<uint32_t>(wanted));
-            orOnceRelaxed(&demand.occupiedOctaves[l], 1u << octaveOf(wanted * scale));
+            if (mapsPerLight > 1)
+                orOnceRelaxed(&demand.occupiedOctaves[l], 1u << octaveOf(wanted * scale));
         }
     }
 };

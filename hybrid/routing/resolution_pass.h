@@ -67,7 +67,7 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     demand.wantedSquared.resize(lists.lights.size());
     const float scale = 1.0f / (undersample * undersample);
     runPass(backend, DemandResolution{clusters, lists.view(), lights, view, demand.view(), scale,
-                                      rule, gbuffer});
+                                      mapsPerLight, rule, gbuffer});
     runPass(backend, DemandMaps{clusters, lists.view(), demand.view(), lists.record.view(), scale,
                                 mapsPerLight, lights});
     demand.recordOfSlot.resize(slotCount);

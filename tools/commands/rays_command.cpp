@@ -77,10 +77,8 @@ void writeRows(const RaysOptions& options, const Json& results, const Console& c
     Json rows = results["runs"];
     for (const Json& row : results["untimed_runs"])
         rows.push_back(row);
-    for (Json& row : rows)
-        for (const char* key : {"stages_ms", "round_times_ms", "parameters"})
-            row.erase(key);
-    writeWholeFile(options.output + "/tracers.csv", flatCsv(rows));
+    writeWholeFile(options.output + "/tracers.csv",
+                   flatCsv(rows, {"stages_ms", "round_times_ms", "parameters"}));
     if (package.hasPage())
         package.writePage("tracers", options.output);
 }

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <vector>
 
 namespace shadowdag {
@@ -23,13 +24,14 @@ std::string csvCell(const Json& value) {
 
 } // namespace
 
-std::string flatCsv(const Json& rows) {
+std::string flatCsv(const Json& rows, const std::vector<std::string>& omitted) {
     std::string csv;
     if (rows.empty())
         return csv;
     std::vector<std::string> columns;
     for (const auto& [key, value] : rows.front().items())
-        columns.push_back(key);
+        if (std::find(omitted.begin(), omitted.end(), key) == omitted.end())
+            columns.push_back(key);
     for (size_t i = 0; i < columns.size(); ++i)
         csv += (i == 0 ? "" : ",") + csvCell(columns[i]);
     csv += "\n";

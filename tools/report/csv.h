@@ -5,13 +5,14 @@
 #include "tools/settings/json.h"
 
 #include <string>
+#include <vector>
 
 namespace shadowdag {
 
 /// Returns one line per run: scalars, then parameters and stages as separate columns.
 std::string runsCsv(const Json& runs);
 
-/// Returns one line per object; keys of the first are the columns.
-std::string flatCsv(const Json& rows);
+/// Returns one line per object; keys of the first are the columns, without those in `omitted`.
+std::string flatCsv(const Json& rows, const std::vector<std::string>& omitted = {});
 
 } // namespace shadowdag

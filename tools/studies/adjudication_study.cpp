@@ -117,10 +117,7 @@ public:
                              << " is skipped: " << row["reason"].get<std::string>() << "\n";
     }
     std::string csv(const Json& results) const override {
-        Json rows = results["cells"];
-        for (Json& row : rows)
-            row.erase("wrong_pairs");
-        return flatCsv(rows);
+        return flatCsv(results["cells"], {"wrong_pairs"});
     }
     Json counts(const Json& results) const override {
         uint64_t pairs = 0, ambiguous = 0, wrong = 0, disputed = 0, disputedAmbiguous = 0;

@@ -2,7 +2,6 @@
 #include "tools/workspace/cost_file.h"
 
 #include "cuda/error.h"
-#include "scenes/content_hash.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
@@ -150,12 +149,6 @@ Json toJson(const std::optional<Regret>& regret) {
     return regret ? toJson(*regret) : Json();
 }
 
-/// Returns a hash of all that lights are.
-std::string lightHash(const std::vector<Light>& lights) {
-    static_assert(sizeof(Light) == 15 * sizeof(float)); // there is no padding
-    return hashText(contentHash(lights.data(), lights.size() * sizeof(Light)));
-}
-
 /// The values of provenance on which times depend.
 constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count"};
 
@@ -237,7 +230,7 @@ Json costConditions(const LoadedScene& scene, const Camera& camera, const Experi
                {"size", std::to_string(experiment.width) + "x" + std::to_string(experiment.height)},
                {"camera_numbers", cameraText(camera)},
                {"time_s", timeSeconds},
-               {"light_hash", lightHash(scene.world->lights())},
+               {"light_hash", scene.world->lightHash()},
                {"lights", experiment.lightCount}};
     if (experiment.lightCount >= 0)
         of["light_seed"] = experiment.lightSeed;

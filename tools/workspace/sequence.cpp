@@ -73,7 +73,6 @@ struct Player {
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
-    StageTimes update;              ///< of following the frame shown now
     std::vector<glm::vec3> display; ///< the picture of the frame recorded before; empty: none
 };
 
@@ -142,11 +141,6 @@ private:
     /// Moves the world and all that depend on it to a frame.
     void show(uint32_t frame) {
         workspace_.advance(experiment_.timeOfFrame(frame));
-        for (const std::unique_ptr<Player>& player : players_) {
-            player->update = {};
-            workspace_.followTimes(workspace_.voxelsOf(player->run))
-                .addTo(player->update, player->run);
-        }
         view_ = workspace_.camera();
     }
 
@@ -295,8 +289,10 @@ private:
     }
 
     StageTimes timeOne(Player& player) {
-        StageTimes stages = player.update;
-        for (const auto& [name, timeMs] : render(player, false).stages.stagesMs)
+        const StageTimes drawn = render(player, false).stages;
+        StageTimes stages;
+        workspace_.followTimes(workspace_.voxelsOf(player.run)).addTo(stages, player.run);
+        for (const auto& [name, timeMs] : drawn.stagesMs)
             stages.add(name, timeMs);
         return stages;
     }

@@ -6,7 +6,7 @@ import os
 
 from markupsafe import Markup
 
-from .page import (Cell, declare, grouped, key_rows, marked, number, read_charts, read_results,  # noqa: F401
+from .page import (Cell, declare, drawn_charts, grouped, key_rows, marked, number, read_results,  # noqa: F401
                    text, wide, words, write_page)
 
 WHAT = "a result of study ablation"
@@ -45,13 +45,10 @@ def section(row):
 
 
 def run(arguments):
-    directory, charts = arguments.directory, []
+    directory = arguments.directory
     file = next((f for f in FILES if os.path.exists(os.path.join(directory, f))), FILES[-1])
     results, path = read_results(directory, file, WHAT), os.path.join(directory, file)
-    if not arguments.no_charts:
-        from ..charts import mechanisms as drawing
-        drawing.draw(path, os.path.join(directory, "charts"))
-        charts = read_charts(directory)
+    charts = drawn_charts(arguments, "mechanisms", path)
     write_page(directory, "mechanisms.html.j2", path, WHAT, lambda: {
         "title": "The gain of each mechanism", "stem": os.path.splitext(file)[0], "results": results, "charts": charts,
         "verdicts": [verdict_row(row) for row in results["mechanisms"]],

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shared by all pages: the templates, which escape all values, cells of tables, and numbers as text."""
 import dataclasses
+import importlib
 import json
 import os
 
@@ -119,6 +120,15 @@ def read_results(directory, name, what):
 def read_charts(directory):
     """Returns the charts that the directory's charts.json lists."""
     return read_json(os.path.join(directory, "charts", "charts.json"))["charts"]
+
+
+def drawn_charts(arguments, module, path):
+    """Draws the charts of a page's data and returns them; nothing with --no-charts. module: of the package's charts, loaded
+    when it is needed, as matplotlib takes its time"""
+    if arguments.no_charts:
+        return []
+    importlib.import_module(f"..charts.{module}", __package__).draw(path, os.path.join(arguments.directory, "charts"))
+    return read_charts(arguments.directory)
 
 
 def write_page_file(page, template, path, what, content):

@@ -4,7 +4,7 @@ faster than Embree as triangles grow, and every cell.
 """
 import os
 
-from .page import (MEBI, Cell, count, cubed, declare, decimal, key_rows, marked, number, percent, read_charts,  # noqa: F401
+from .page import (MEBI, Cell, count, cubed, declare, decimal, drawn_charts, key_rows, marked, number, percent,  # noqa: F401
                    read_results, row_of, words, wide, write_page)
 from ..intervals import interval_text
 
@@ -45,12 +45,9 @@ def sections(results, charts):
 
 
 def run(arguments):
-    directory, charts = arguments.directory, []
+    directory = arguments.directory
     results, path = read_results(directory, "scale.json", WHAT), os.path.join(directory, "scale.json")
-    if not arguments.no_charts:
-        from ..charts import scale as drawing
-        drawing.draw(path, os.path.join(directory, "charts"))
-        charts = read_charts(directory)
+    charts = drawn_charts(arguments, "scale", path)
     write_page(directory, "scale.html.j2", path, WHAT, lambda: {
         "title": "More triangles, the same voxels", "results": results, "rows": sections(results, charts),
         "crossover_headings": CROSSOVERS, "crossovers": [crossover_row(of) for of in results["crossovers"]], "headings": CELLS,

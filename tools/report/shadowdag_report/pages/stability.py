@@ -5,7 +5,7 @@ band with its reason, and every check.
 import math
 import os
 
-from .page import (Cell, declare, key_rows, marked, number, read_charts, read_results, row_of, text,  # noqa: F401
+from .page import (Cell, declare, drawn_charts, key_rows, marked, number, read_results, row_of, text,  # noqa: F401
                    wide, words, write_page)
 
 WHAT = "a result of study stability"
@@ -78,12 +78,9 @@ def section(results, charts, part):
 
 
 def run(arguments):
-    directory, charts = arguments.directory, []
+    directory = arguments.directory
     results, path = read_results(directory, "stability.json", WHAT), os.path.join(directory, "stability.json")
-    if not arguments.no_charts:
-        from ..charts import stability as drawing
-        drawing.draw(path, os.path.join(directory, "charts"))
-        charts = read_charts(directory)
+    charts = drawn_charts(arguments, "stability", path)
     write_page(directory, "stability.html.j2", path, WHAT, lambda: {
         "title": "How stable the errors are: in time, place, number and resolution", "results": results,
         "parts": [section(results, charts, part) for part in PARTS if results.get(part)],
