@@ -170,6 +170,10 @@ uint64_t FrameRenderer::embreeBytes() const {
     return state_->sharedScene->embreeBytes();
 }
 
+uint64_t FrameRenderer::beamBytes() const {
+    return state_->shading.beamBytes();
+}
+
 uint64_t FrameRenderer::exactBytes() const {
     return state_->sharedScene->exactBytes();
 }
@@ -204,7 +208,12 @@ FrameResult renderFrom(FrameRenderer& renderer, const Camera& camera, const Cost
     if (options.start == FrameStart::kWarm) {
         FrameOptions before = options;
         before.recordPairs = before.recordQuantities = false;
-        renderer.render(camera, model, before, beforeStage);
+        before.makeAllBeams = true;
+        // Cells of surface are divided from frame to frame, so that beams are made in several.
+        constexpr int kMostFrames = 8;
+        for (int frame = 0; frame < kMostFrames; ++frame)
+            if (renderer.render(camera, model, before, beforeStage).counts.beamMadeCount == 0)
+                break;
     }
     return renderer.render(camera, model, options, beforeStage);
 }

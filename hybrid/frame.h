@@ -54,6 +54,9 @@ struct FrameOptions {
     /// 0 routes every frame anew. For frames in sequence by one model.
     float routeMargin = 0.0f;
     FrameStart start = FrameStart::kCold; ///< read by renderFrom and measureCosts alone
+    /// Makes every beam that is asked for in this frame, whatever it takes, instead of a share; set
+    /// by renderFrom for the frame before a warm one.
+    bool makeAllBeams = false;
     bool recordPairs = true; ///< keep visibility per pair (not part of the stages' times)
     /// Count the quantities of maps that the model does not read, for reports (not part of the
     /// times either).
@@ -82,6 +85,8 @@ struct FrameCounts {
     uint64_t pairCount = 0;               ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t exactRayCount = 0; ///< of these, left to the triangles (RayOptions::believe)
+    uint64_t beamRayCount = 0;  ///< exact rays that kept beams answered (RayOptions::beamBytes)
+    uint64_t beamMadeCount = 0; ///< beams that the frame made; may depend on the order of threads
     uint64_t moverTestCount =
         0; ///< rays that voxels left lit and that were tested against moving triangles
     /// Ray-traced pairs in (cluster, light) pairs that are completely lit, completely dark, or
@@ -164,7 +169,7 @@ public:
 
     /// Releases the state of earlier frames (hysteresis, kept shadow maps), so that the next frame
     /// depends on its inputs alone, except for FrameCounts::listRerunCount and
-    /// unsplitTriangleCount.
+    /// unsplitTriangleCount. Beams are released too.
     void reset();
 
     /// Renders one frame with the routes of `model`. If the model needs costs they must have been
@@ -223,6 +228,8 @@ public:
     /// Returns the bytes that exact rays read besides the DAG: the triangles and what is built over
     /// them; 0 before the first frame that asks triangles.
     uint64_t exactBytes() const;
+    /// Returns the bytes of the beams that exact rays keep.
+    uint64_t beamBytes() const;
     /// Returns the bytes of Embree's structures for rays by it (TriangleRays::kEmbree); 0 until
     /// they are prepared.
     uint64_t embreeBytes() const;
@@ -234,7 +241,7 @@ private:
 };
 
 /// Renders a frame that begins as options.start says, whatever was rendered before, and returns it.
-/// A warm frame is rendered twice; the result is that of the second. Throws as
+/// A warm frame is rendered once before; with beams up to 8 times, until all are made. Throws as
 /// FrameRenderer::render.
 FrameResult renderFrom(FrameRenderer& renderer, const Camera& camera, const CostModel& model,
                        const FrameOptions& options, const std::function<void()>& beforeStage = {});

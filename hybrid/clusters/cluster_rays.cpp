@@ -39,24 +39,60 @@ void ClusterRays::setCluster(View<const uint32_t> samples) {
     starts_.clear();
     positions_.clear();
     normals_.clear();
+    if (!beams_ || samples.empty())
+        return;
+    beams_->setCluster(gbuffer_.positionWorld, gbuffer_.normalWorld, samples,
+                       pixelFootprintWorld(rays_.detail, gbuffer_.positionWorld[samples[0]]),
+                       sorted_);
+    samples_ = viewOf(sorted_);
+}
+
+void ClusterRays::prepare() {
+    if (!isPrepared_)
+        setReceivers(gbuffer_, samples_, rays_, receivers_);
+    isPrepared_ = true;
 }
 
 RayCounts ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                               View<uint8_t> isDark) {
-    if (!isPrepared_)
-        setReceivers(gbuffer_, samples_, rays_, receivers_);
-    isPrepared_ = true;
-    receivers_.listAsked(isAsked, asked_);
-    for (const uint32_t i : asked_)
-        isDark[i] = 0;
-    if (!rays_.options.believesNone())
-        traceVoxels(lightIndex, light, isDark);
     RayCounts counts;
-    if (!rays_.options.believesAll())
-        counts.exactCount = traceTriangles(light, isDark);
+    if (beams_ && light.kind != Light::kSun) {
+        traceBeams(lightIndex, light, isAsked, isDark);
+        for (size_t i = 0; i < isAsked.count; ++i)
+            counts.exactCount += isAsked[i];
+    } else {
+        prepare();
+        receivers_.listAsked(isAsked, asked_);
+        for (const uint32_t i : asked_)
+            isDark[i] = 0;
+        if (!rays_.options.believesNone())
+            traceVoxels(lightIndex, light, isDark);
+        if (!rays_.options.believesAll()) {
+            traced_.clear();
+            for (const uint32_t i : asked_)
+                if (!isDark[i])
+                    traced_.push_back(i);
+            counts.exactCount = traceTriangles(light, isDark);
+        }
+    }
     if (rays_.movers.mayShadow(lightIndex))
         counts.moverTestCount = askMovers(lightIndex, light, isAsked, isDark);
     return counts;
+}
+
+void ClusterRays::traceBeams(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+                             View<uint8_t> isDark) {
+    if (starts_.empty())
+        makeStarts(false);
+    if (!beams_->hasStarts())
+        beams_->setStarts(viewOf(starts_));
+    if (beams_->answer(lightIndex, light, isAsked.data, isDark) == 0)
+        return;
+    isOpen_.resize(samples_.count);
+    beams_->listOpen(viewOf(isOpen_));
+    prepare();
+    receivers_.listAsked(viewOf(isOpen_), traced_);
+    traceTriangles(light, isDark);
 }
 
 void ClusterRays::traceVoxels(uint32_t lightIndex, const Light& light, View<uint8_t> isDark) {
@@ -88,26 +124,25 @@ void ClusterRays::traceVoxels(uint32_t lightIndex, const Light& light, View<uint
         isDark[traced_[i]] = blocked_[i];
 }
 
+void ClusterRays::makeStarts(bool withNormals) {
+    TruthStarts starts(rays_.exact.geometry);
+    for (const uint32_t s : samples_) {
+        positions_.push_back(gbuffer_.positionWorld[s]);
+        if (withNormals)
+            normals_.push_back(gbuffer_.normalWorld[s]);
+        else
+            starts_.push_back(
+                starts.make(gbuffer_.positionWorld[s],
+                            mutated(Mutant::kExactNormalFlipped, gbuffer_.normalWorld[s],
+                                    -gbuffer_.normalWorld[s]),
+                            gbuffer_.triangle[s]));
+    }
+}
+
 uint32_t ClusterRays::traceTriangles(const Light& light, View<uint8_t> isDark) {
     const bool byEmbree = rays_.options.triangleRays == TriangleRays::kEmbree;
-    if (positions_.empty()) {
-        TruthStarts starts(rays_.exact.geometry);
-        for (const uint32_t s : samples_) {
-            positions_.push_back(gbuffer_.positionWorld[s]);
-            if (byEmbree)
-                normals_.push_back(gbuffer_.normalWorld[s]);
-            else
-                starts_.push_back(
-                    starts.make(gbuffer_.positionWorld[s],
-                                mutated(Mutant::kExactNormalFlipped, gbuffer_.normalWorld[s],
-                                        -gbuffer_.normalWorld[s]),
-                                gbuffer_.triangle[s]));
-        }
-    }
-    traced_.clear();
-    for (const uint32_t i : asked_)
-        if (!isDark[i])
-            traced_.push_back(i);
+    if (positions_.empty())
+        makeStarts(byEmbree);
     blocked_.resize(traced_.size());
     if (byEmbree)
         rays_.embree->trace(light, viewOf(positions_), viewOf(normals_), viewOf(traced_),

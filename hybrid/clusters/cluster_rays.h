@@ -5,12 +5,14 @@
 
 #include "hybrid/clusters/clusters.h"
 #include "hybrid/clusters/pairs.h"
+#include "hybrid/rays/beam_rays.h"
 #include "hybrid/rays/embree_scene.h"
 #include "hybrid/rays/exact_stream.h"
 #include "hybrid/rays/mover_receivers.h"
 #include "hybrid/rays/shadow_rays.h"
 #include "voxel/receiver_groups.h"
 
+#include <optional>
 #include <vector>
 
 namespace shadowdag {
@@ -33,10 +35,16 @@ public:
     /// @param rays canStream(rays.options), with exact.bvh or embree unless all is believed;
     /// outlives the answers
     ClusterRays(const GBufferView& gbuffer, const RayInputs& rays)
-        : gbuffer_(gbuffer), rays_(rays), exact_(rays.exact.geometry, rays.exact.bvh) {}
+        : gbuffer_(gbuffer), rays_(rays), exact_(rays.exact.geometry, rays.exact.bvh) {
+        if (rays.beams)
+            beams_.emplace(rays.exact, *rays.beams);
+    }
 
     /// Goes on to the samples of another cluster.
     void setCluster(View<const uint32_t> samples);
+    /// Returns the cluster's samples in the order in which they are to be asked, and which all
+    /// arrays by sample have; valid until the next setCluster.
+    View<const uint32_t> samples() const { return samples_; }
 
     /// Sets isDark[i] to isDarkByRays of the pair of sample i, or, with TriangleRays::kEmbree, to
     /// EmbreeScene::trace or isDarkByMovers, for the samples with isAsked[i] != 0; leaves the
@@ -47,9 +55,13 @@ public:
 
 private:
     ShadowPair pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const;
+    void prepare();
+    void makeStarts(bool withNormals);
     void traceVoxels(uint32_t lightIndex, const Light& light, View<uint8_t> isDark);
     /// @return how many rays were traced
     uint32_t traceTriangles(const Light& light, View<uint8_t> isDark);
+    void traceBeams(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+                    View<uint8_t> isDark);
     uint32_t askMovers(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                        View<uint8_t> isDark);
 
@@ -60,6 +72,9 @@ private:
     ReceiverGroups receivers_;
     MoverReceivers movers_;
     ExactStream exact_;
+    std::optional<BeamRays> beams_;
+    std::vector<uint32_t> sorted_; ///< beams_: the samples of the cluster
+    std::vector<uint8_t> isOpen_;
     // Of the cluster; empty until triangles are asked.
     std::vector<glm::vec3> positions_, normals_; ///< normals: TriangleRays::kEmbree
     std::vector<TruthStart> starts_;             ///< TriangleRays::kExact

@@ -82,6 +82,10 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     const bool isWarm = options.start == FrameStart::kWarm;
     ShadowMapOptions mapOptions = options.maps;
     mapOptions.useStaticOptimization = isWarm && options.maps.useStaticOptimization;
+    FrameOptions shadingOptions = options;
+    shadingOptions.makeAllBeams = true; // by the uncounted repeat
+    if (!isWarm)
+        shadingOptions.rays.beamBytes = 0;
     Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
     FrameCosts costs;
 
@@ -109,7 +113,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                                           mapOptions, times);
                 state.maps.setServers(
                     {route == Route::kMap ? PairServer::drawnMap(0) : PairServer::rays()});
-                ShadeSamples shading = state.prepareShading(options);
+                ShadeSamples shading = state.prepareShading(shadingOptions);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();
                 {

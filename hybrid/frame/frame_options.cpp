@@ -2,6 +2,7 @@
 // The options of a frame that are refused on every backend.
 #include "cuda/process_memory.h"
 #include "hybrid/frame/frame_state.h"
+#include "hybrid/rays/beams.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,9 @@ namespace {
 /// What a frame with one light holds for each pixel at its most, measured at 2048 x 2048 (maps and
 /// rays alike); more lights need more.
 constexpr uint64_t kLeastBytesPerPixel = 140;
+
+/// Lists of beams are found by 32 bits, in units of 4 bytes.
+constexpr uint64_t kMostBeamBytes = uint64_t(16) << 30;
 
 /// Throws Error kResource for a picture that cannot fit, before the system ends the process.
 void checkMemory(const FrameOptions& options) {
@@ -65,6 +69,10 @@ void checkOptions(const FrameOptions& options) {
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
     check(options.rays.triangleRays == TriangleRays::kExact || options.rays.believesNone(),
           "Embree traces triangles, so rays by it believe no voxel; use --believe none");
+    check(options.rays.beamBytes == 0 || (options.rays.beamBytes >= BeamCache::kLeastBytes &&
+                                          options.rays.beamBytes <= kMostBeamBytes),
+          "memory for beams of " + std::to_string(options.rays.beamBytes) +
+              " bytes; use 0 for none, or 1 MiB to 16 GiB");
     check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,
           "level of detail " + std::to_string(options.rays.level) +
               " contradicts levels by footprint; use level 0 with footprints");

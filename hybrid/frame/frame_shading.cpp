@@ -69,6 +69,9 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
     }
 }
 
+/// A frame makes one beam for so many samples at most, which takes up to a tenth of its time.
+constexpr size_t kSamplesPerBeam = 32;
+
 } // namespace
 
 PairNeeds needsOf(bool servesRays, bool servesMaps, const std::vector<Light>& lights,
@@ -106,7 +109,14 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
     filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
     filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
     const bool servesRays = maps.serves(ServedBy::kRays);
-    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
+    RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
+    if (servesRays && rays.keepsBeams() && context_.backend == Backend::kCpu) {
+        const uint64_t mostMade =
+            options.makeAllBeams ? BeamCache::kMakeAll : surface.view().count() / kSamplesPerBeam;
+        if (beams_.begin(inputs.exact.bvh, inputs.exact.geometry, viewOf(scene.world().lights()),
+                         rays.beamBytes, mostMade))
+            inputs.beams = &beams_;
+    }
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -170,6 +180,9 @@ void FrameShading::count(FrameCounts& counts) const {
     counts.missingTapCount = sum(missingTapCount_);
     counts.moverTestCount = sum(moverTestCount_);
     counts.exactRayCount = sum(exactCount_);
+    const BeamCounts beams = beams_.counts();
+    counts.beamRayCount = beams.pairCount;
+    counts.beamMadeCount = beams.madeCount;
 }
 
 } // namespace shadowdag

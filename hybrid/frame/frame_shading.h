@@ -5,6 +5,7 @@
 
 #include "hybrid/clusters/pairs_pass.h"
 #include "hybrid/frame/drawn_maps.h"
+#include "hybrid/rays/beams.h"
 
 namespace shadowdag {
 
@@ -46,6 +47,10 @@ public:
                      const ShadeSamples& shading, const std::vector<uint32_t>& records,
                      FrameResult& result);
 
+    /// Forgets the beams of earlier frames.
+    void forget() { beams_.forget(); }
+    uint64_t beamBytes() const { return beams_.bytes(); }
+
     /// Fills in the counts of the shading pass.
     void count(FrameCounts& counts) const;
 
@@ -67,6 +72,7 @@ private:
     Buffer<uint32_t> nextPair_;
     Buffer<uint8_t> pairVisibility_;
     Buffer<PairServer> pairServer_;
+    BeamCache beams_; ///< of exact rays, from frame to frame
 };
 
 } // namespace shadowdag

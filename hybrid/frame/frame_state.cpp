@@ -20,6 +20,10 @@ FrameOptions FrameState::accept(const FrameOptions& asked) const {
         throw Error(ErrorKind::kUsage,
                     std::string("rays of Embree run on the CPU only, not with ") +
                         backendName(context.backend) + "; use --backend cpu");
+    if (asked.rays.keepsBeams() && context.backend != Backend::kCpu)
+        throw Error(ErrorKind::kUsage, std::string("beams are kept on the CPU only, not with ") +
+                                           backendName(context.backend) +
+                                           "; use --backend cpu or leave --beams out");
     device->checkOptions(asked);
     checkOptions(asked);
     return device->followed(asked);
@@ -62,6 +66,7 @@ void FrameState::forget() {
     clusters.forgetLengths();
     routing.forget();
     maps.maps().forget();
+    shading.forget();
 }
 
 } // namespace shadowdag

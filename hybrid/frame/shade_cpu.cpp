@@ -30,9 +30,9 @@ public:
         const ClusterLightsView& lists = work_.lists;
         VisibilityCounts counts;
         const uint32_t count = work_.clusters.sampleCount(cluster);
-        samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
-                    mutated(Mutant::kMarkLost, count, count - 1)};
-        rays_.setCluster(samples_);
+        rays_.setCluster({work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
+                          mutated(Mutant::kMarkLost, count, count - 1)});
+        samples_ = rays_.samples();
         lanes_.reset(uint32_t(samples_.count));
         for (uint32_t i = 0; i < samples_.count; ++i) {
             const uint32_t sample = samples_[i];

@@ -15,6 +15,7 @@
 
 namespace shadowdag {
 
+class BeamCache;
 class EmbreeScene;
 
 /// How many rays are asked together on the CPU. Changes no answer.
@@ -49,6 +50,9 @@ struct RayOptions {
     /// the truth's own ray, without offset or level of detail.
     float believe = std::numeric_limits<float>::infinity();
     TriangleRays triangleRays = TriangleRays::kExact;
+    /// Memory for beams that exact rays keep from frame to frame (beams.h), at least 1 MiB; 0:
+    /// none. Changes no answer. On the CPU, where no voxel is believed; not read elsewhere.
+    uint64_t beamBytes = 0;
     /// Of level 0, kFixed; other rays through voxels go one by one.
     RayBatch batch = RayBatch::kStream;
     LodRule lod = LodRule::kFixed;
@@ -60,6 +64,11 @@ struct RayOptions {
     /// Returns whether rays are tested against the triangles of an ExactView.
     SDAG_HD bool asksExact() const {
         return !believesAll() && triangleRays == TriangleRays::kExact;
+    }
+    /// Returns whether rays keep beams.
+    SDAG_HD bool keepsBeams() const {
+        return beamBytes != 0 && believesNone() && triangleRays == TriangleRays::kExact &&
+               batch == RayBatch::kStream;
     }
     bool operator==(const RayOptions&) const = default;
 };
@@ -81,6 +90,7 @@ struct RayInputs {
     RayDetail detail =
         {}; ///< read by levels of detail, where some voxels are believed, and by the judge
     const EmbreeScene* embree = nullptr; ///< on the host; TriangleRays::kEmbree
+    BeamCache* beams = nullptr;          ///< on the host, begun for the frame; null: none
 };
 
 /// A view sample that asks for a light.

@@ -69,7 +69,8 @@ struct TruthTriangle : ReceiverEdges {
     uint32_t triangle = kBackground;
     bool hasArea = false; ///< what follows and the edges are set
     glm::dvec3 cross;     ///< of two edges
-    double area;          ///< length of `cross`
+    glm::dvec3 normal;    ///< unit, along `cross`
+    double offset;        ///< normal . x over the plane
     double largest = 0;   ///< coordinate of a corner, world
 };
 
@@ -86,10 +87,13 @@ SDAG_HD TruthTriangle makeTruthTriangle(const Geometry& geometry, uint32_t trian
             t.largest = greater(t.largest, fabs(t.corner[i][a] + geometry.origin[a]));
     }
     t.cross = glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
-    t.area = glm::length(t.cross);
-    t.hasArea = t.area > 0.0; // else no camera ray hits it; the G-buffer's plane will do
-    if (t.hasArea)
-        setInward(t, t.cross);
+    const double area = glm::length(t.cross);
+    t.hasArea = area > 0.0; // else no camera ray hits it; the G-buffer's plane will do
+    if (!t.hasArea)
+        return t;
+    t.normal = t.cross / area;
+    t.offset = glm::dot(t.normal, t.corner[0]);
+    setInward(t, t.cross);
     return t;
 }
 
@@ -137,9 +141,9 @@ SDAG_HD TruthStart makeTruthStart(const Geometry& geometry, const TruthTriangle&
     plane.normal = unitOf(glm::dvec3(normalWorld));
     plane.offset = glm::dot(plane.normal, sample);
     if (of.hasArea) {
-        plane.normal =
-            glm::dot(of.cross, plane.normal) < 0.0 ? of.cross / -of.area : of.cross / of.area;
-        plane.offset = glm::dot(plane.normal, of.corner[0]);
+        const double side = glm::dot(of.cross, plane.normal) < 0.0 ? -1.0 : 1.0;
+        plane.normal = of.normal * side;
+        plane.offset = of.offset * side;
     }
     start.startLocal =
         liftOffPlane(plane, of.hasArea ? moveInside(of, plane.clearance, sample) : sample);

@@ -53,7 +53,8 @@ struct Experiment {
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
     std::vector<float> polygonLod{ShadowMapOptions{}.lodTexels};
-    std::vector<float> believe{0}; ///< pixels; infinity: all, 0: none (the fastest on a CPU)
+    std::vector<uint32_t> beamsMib{0}; ///< 0: none
+    std::vector<float> believe{0};     ///< pixels; infinity: all, 0: none (the fastest on a CPU)
     std::vector<float> offset{RayOptions{}.offset};
     std::vector<LodChoice> lod{0};
     int repeats = 5;

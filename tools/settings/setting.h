@@ -19,6 +19,7 @@ namespace shadowdag {
 enum class ReadBy : uint8_t {
     kAll,         ///< every one, or the run itself
     kRays,        ///< methods that trace rays
+    kExactRays,   ///< methods that trace rays and believe no voxel
     kVoxels,      ///< what uses voxels
     kVoxelsAlone, ///< methods that trace every light through voxels
     kMaps,        ///< methods that draw maps

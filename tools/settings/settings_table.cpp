@@ -79,19 +79,22 @@ Codec<uint32_t> tapsCodec() {
 }
 
 /// MiB: numbers in files, bytes with a unit as options.
-Codec<uint32_t> poolCodec() {
-    return {[](const std::string& name, const std::string& text) {
+Codec<uint32_t> mebibytesCodec(uint32_t leastMib, uint32_t mostMib) {
+    return {[leastMib, mostMib](const std::string& name, const std::string& text) {
                 const bool isOption = name[0] == '-';
                 if (!isOption)
-                    return uint32_t(parseInteger(name, text, 1, 1 << 20));
+                    return uint32_t(parseInteger(name, text, leastMib, mostMib));
+                if (leastMib == 0 && text == "0")
+                    return 0u;
                 const uint64_t bytes = parseBytes(name, text);
-                if (bytes < (1u << 20) || bytes % (1u << 20) != 0 || bytes >> 20 > (1u << 20))
+                if (bytes < (1u << 20) || bytes % (1u << 20) != 0 || bytes >> 20 > mostMib)
                     throw Error(ErrorKind::kUsage,
-                                name + " '" + text +
-                                    "': must be whole MiB from 1M to 1024G, as in 256M");
+                                name + " '" + text + "': must be " +
+                                    (leastMib == 0 ? "0 or " : "") + "whole MiB from 1M to " +
+                                    std::to_string(mostMib >> 10) + "G, as in 256M");
                 return uint32_t(bytes >> 20);
             },
-            [](const uint32_t& mib) { return std::to_string(mib) + "M"; },
+            [](const uint32_t& mib) { return mib == 0 ? "0" : std::to_string(mib) + "M"; },
             [](const uint32_t& mib) { return Json(mib); }};
 }
 
@@ -427,7 +430,7 @@ std::vector<Setting> makeSettings() {
          .parameter = "pool_bytes",
          .choices = {"16M", "64M", "256M", "1024M"},
          .panelLabel = "pool"},
-        &Experiment::poolMib, poolCodec(),
+        &Experiment::poolMib, mebibytesCodec(1, 1 << 20),
         [](const Frame& f) { return uint32_t(f.maps.poolBytes >> 20); },
         [](Frame& f, uint32_t mib) { f.maps.poolBytes = uint64_t(mib) << 20; }));
     t.back().frameJson = [](const Frame& f) { return Json(f.maps.poolBytes); };
@@ -505,6 +508,23 @@ std::vector<Setting> makeSettings() {
          .onGl = "all"},
         &Experiment::believe, believeCodec(), [](const Frame& f) { return f.rays.believe; },
         [](Frame& f, float pixels) { f.rays.believe = pixels; }));
+    t.push_back(frameValue(
+        {.key = "beams_mib",
+         .option = "--beams",
+         .group = Group::kRays,
+         .kind = "BYTES",
+         .help = "Memory for beams, whole MiB, as in 256M; 0 for none: exact rays on the CPU keep "
+                 "which triangles may block a light from a cell of surface, from frame to frame",
+         .readBy = ReadBy::kExactRays,
+         .isList = true,
+         .label = " beams #",
+         .parameter = "beam_bytes",
+         .choices = {"0", "64M", "256M"},
+         .panelLabel = "beams"},
+        &Experiment::beamsMib, mebibytesCodec(0, 1 << 14),
+        [](const Frame& f) { return uint32_t(f.rays.beamBytes >> 20); },
+        [](Frame& f, uint32_t mib) { f.rays.beamBytes = uint64_t(mib) << 20; }));
+    t.back().frameJson = [](const Frame& f) { return Json(f.rays.beamBytes); };
     t.push_back(frameValue(
         {.key = "offset",
          .option = "--offset",
@@ -590,6 +610,8 @@ bool reads(const RunParameters& run, ReadBy readBy) {
         return run.usesRays();
     case ReadBy::kVoxels:
         return run.usesVoxels();
+    case ReadBy::kExactRays:
+        return run.usesRays() && run.frame.rays.believesNone();
     case ReadBy::kVoxelsAlone:
         return run.usesVoxels() && !run.usesMaps();
     case ReadBy::kMaps:

@@ -22,6 +22,8 @@ struct Readers {
 
 constexpr Readers kReaders[] = {
     {ReadBy::kRays, "methods that trace rays", "dag or hybrid", "RT or Hybrid"},
+    {ReadBy::kExactRays, "rays that believe no voxel", "dag or hybrid with --believe none",
+     "RT or Hybrid"},
     {ReadBy::kVoxels, "rays through voxels", "dag or hybrid with --believe all", "RT or Hybrid"},
     {ReadBy::kVoxelsAlone, "rays alone through voxels", "dag with --believe all", "RT"},
     {ReadBy::kMaps, "methods that draw maps", "maps or hybrid", "a culling or Hybrid"},

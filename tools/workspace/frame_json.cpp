@@ -112,6 +112,8 @@ Json toJson(const FrameCounts& c) {
             {"list_rerun_count", c.listRerunCount},
             {"ray_count", c.rayCount},
             {"exact_ray_count", c.exactRayCount},
+            {"beam_ray_count", c.beamRayCount},
+            {"beam_made_count", c.beamMadeCount},
             {"mover_test_count", c.moverTestCount},
             {"whole_lit_pair_count", c.wholeLitPairCount},
             {"whole_dark_pair_count", c.wholeDarkPairCount},

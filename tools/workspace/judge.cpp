@@ -54,7 +54,7 @@ ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibi
 
 uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer) {
     return run.usesEmbree()      ? renderer.embreeBytes()
-           : run.usesTriangles() ? renderer.exactBytes()
+           : run.usesTriangles() ? renderer.exactBytes() + renderer.beamBytes()
                                  : 0;
 }
 

@@ -4,8 +4,7 @@
 #include "hybrid/rays/exact_stream.h"
 
 #include "hybrid/rays/exact_ray.h"
-#include "tests/hybrid/random.h"
-#include "tests/hybrid/triangle_soup.h"
+#include "tests/hybrid/rays/exact_stage.h"
 
 #include <gtest/gtest.h>
 
@@ -26,31 +25,6 @@ Light directionalLight(const glm::vec3& direction, float distance) {
     return light;
 }
 
-/// Triangles with all that rays need, and samples on them.
-struct Stage {
-    TriangleSoup soup;
-    AlphaMaskSet masks;
-    std::vector<uint32_t> all;
-    TruthGeometry geometry;
-    TriangleBvh bvh;
-
-    void build() {
-        geometry.triangles = soup.view();
-        geometry.triangles.masks = masks.view();
-        const TruthSpace space = truthSpaceOf(geometry.triangles.positions);
-        geometry.origin = space.origin;
-        geometry.diagonal = space.diagonal;
-        all.resize(geometry.triangles.count());
-        std::iota(all.begin(), all.end(), 0u);
-        bvh = buildTriangleBvh(geometry, viewOf(all));
-    }
-    glm::vec3 normalOf(uint32_t triangle) const {
-        const TriangleView& t = geometry.triangles;
-        return glm::cross(t.vertex(triangle, 1) - t.vertex(triangle, 0),
-                          t.vertex(triangle, 2) - t.vertex(triangle, 0));
-    }
-};
-
 struct Outcome {
     uint64_t rayCount = 0, blockedCount = 0, confirmCount = 0;
 };
@@ -58,7 +32,7 @@ struct Outcome {
 /// Traces rays to the light from points of the triangles and compares them with every triangle.
 /// @param weightsOf returns the weights of a triangle's corners at the i-th sample
 template <class WeightsOf>
-Outcome compareWithEveryTriangle(const Stage& stage, const Light& light, size_t count,
+Outcome compareWithEveryTriangle(const ExactStage& stage, const Light& light, size_t count,
                                  Random& random, const WeightsOf& weightsOf) {
     std::vector<TruthStart> starts;
     std::vector<glm::vec3> positions;
@@ -105,37 +79,12 @@ Outcome compareWithEveryTriangle(const Stage& stage, const Light& light, size_t 
     return outcome;
 }
 
-glm::vec3 insideWeights(Random& random) {
-    const double a = random(), b = random() * (1.0 - a);
-    return glm::vec3(a, b, 1.0 - a - b);
-}
-
-/// A clump of small triangles, long ones, slivers and degenerate ones.
-void addClump(Stage& stage, Random& random, const glm::vec3& around) {
-    for (int i = 0; i < 250; ++i) {
-        const glm::vec3 at = random.inCube(1.0) + around;
-        stage.soup.add(at, at + random.inCube(0.2), at + random.inCube(0.2));
-    }
-    for (int i = 0; i < 30; ++i)
-        stage.soup.add(random.inCube(4) + around, random.inCube(4) + around,
-                       random.inCube(4) + around);
-    for (int i = 0; i < 30; ++i) {
-        const glm::vec3 a = random.inCube(3) + around, b = random.inCube(3) + around;
-        stage.soup.add(a, b, 0.5f * (a + b) + random.inCube(1e-5));
-    }
-    for (int i = 0; i < 5; ++i) {
-        const glm::vec3 a = random.inCube(4) + around, b = random.inCube(4) + around;
-        stage.soup.add(a, b, b);
-        stage.soup.add(a, a, a);
-    }
-}
-
 TEST(ExactStream, BlocksWhatATestOfEveryTriangleBlocks) {
     RecordProperty("seed", std::to_string(kSeed));
     Random random(kSeed);
     for (const glm::vec3 around :
          {glm::vec3(0), glm::vec3(3, 0, -2), glm::vec3(1e5f, -2e5f, 3e4f)}) {
-        Stage stage;
+        ExactStage stage;
         addClump(stage, random, around);
         stage.build();
         Outcome total;
@@ -160,7 +109,7 @@ TEST(ExactStream, BlocksWhatATestOfEveryTriangleBlocks) {
 TEST(ExactStream, FarLightsAreTracedWithoutConfirmingEveryTriangle) {
     RecordProperty("seed", std::to_string(kSeed));
     Random random(kSeed);
-    Stage stage;
+    ExactStage stage;
     addClump(stage, random, glm::vec3(0));
     stage.build();
     for (const float distance : {1e3f, 1e4f, 1e6f, 1e8f}) {
@@ -177,7 +126,7 @@ TEST(ExactStream, FarLightsAreTracedWithoutConfirmingEveryTriangle) {
 TEST(ExactStream, PointsInALeafHideNoTriangle) {
     RecordProperty("seed", std::to_string(kSeed));
     Random random(kSeed);
-    Stage stage;
+    ExactStage stage;
     for (int i = 0; i < 60; ++i) {
         const glm::vec3 at = random.inCube(2);
         stage.soup.add(at, at, at);
@@ -198,7 +147,7 @@ TEST(ExactStream, PointsInALeafHideNoTriangle) {
 TEST(ExactStream, RaysThroughEdgesCornersAndFacesAreDecidedAsOneByOne) {
     RecordProperty("seed", std::to_string(kSeed));
     Random random(kSeed);
-    Stage stage;
+    ExactStage stage;
     stage.soup.addLevelSquare(glm::vec3(0, -1, 0), 6);
     for (int x = -2; x <= 2; ++x)
         for (int y = 0; y <= 2; ++y)
@@ -230,7 +179,7 @@ TEST(ExactStream, RaysThroughEdgesCornersAndFacesAreDecidedAsOneByOne) {
 TEST(ExactStream, TrianglesWithAMaskAreAskedForTheirHoles) {
     RecordProperty("seed", std::to_string(kSeed));
     Random random(kSeed);
-    Stage stage;
+    ExactStage stage;
     AlphaMask mask = makeAlphaMask(16, 16, MaskWrap::kRepeat, MaskWrap::kMirror);
     for (uint32_t i = 0; i < 256; ++i)
         if (random() < 0.4)
@@ -259,7 +208,7 @@ TEST(ExactStream, TrianglesWithAMaskAreAskedForTheirHoles) {
 }
 
 TEST(ExactStream, ALightCloserThanTheClearanceIsNotBlocked) {
-    Stage stage;
+    ExactStage stage;
     stage.soup.addLevelSquare(glm::vec3(0), 100);
     stage.soup.addLevelSquare(glm::vec3(0, 1e-6f, 0), 100);
     stage.build();
@@ -278,7 +227,7 @@ TEST(ExactStream, ALightCloserThanTheClearanceIsNotBlocked) {
 }
 
 TEST(ExactStream, NothingBlocksWithoutTriangles) {
-    Stage stage;
+    ExactStage stage;
     stage.soup.addLevelSquare(glm::vec3(0), 1);
     stage.build();
     ExactStream stream(stage.geometry, {});

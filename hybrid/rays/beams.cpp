@@ -1,0 +1,519 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/rays/beams.h"
+
+#include "hybrid/rays/beam_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <utility>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace shadowdag {
+
+/// A beam of a cell.
+struct BeamCache::Entry {
+    std::atomic<uint32_t> light{0}; ///< of lightIds_, written last; 0: no beam
+    uint32_t lightIndex = 0;
+    uint32_t first = 0; ///< where the list begins in the memory, in units of 4 bytes
+    BeamKind kind = BeamKind::kOpen;
+    uint8_t count = 0; ///< of leaves
+};
+
+/// The beams of a cell, by light. Never full.
+struct BeamCache::Row {
+    uint32_t capacity; ///< a power of two; so many entries follow
+    uint32_t count;
+
+    Entry* entries() { return reinterpret_cast<Entry*>(this + 1); }
+    const Entry* entries() const { return reinterpret_cast<const Entry*>(this + 1); }
+    static uint32_t hashOf(uint32_t light) { return light * 0x9e3779b9u >> 8; }
+    /// Returns the entry of a light, or the empty one where it would be.
+    Entry& at(uint32_t light) {
+        for (uint32_t i = hashOf(light);; ++i) {
+            Entry& entry = entries()[i & (capacity - 1)];
+            const uint32_t found = entry.light.load(std::memory_order_acquire);
+            if (found == light || found == 0)
+                return entry;
+        }
+    }
+};
+
+struct alignas(64) BeamCache::Cell {
+    uint64_t key;
+    BeamBox box; ///< of starts that the beams hold for
+    uint32_t planeCount;
+    const BeamPlane* planes;          ///< of receivers that they hold for
+    uint32_t lightCount;              ///< that are likely to ask
+    std::atomic<Row*> row{nullptr};   ///< null: no beams
+    std::atomic<uint32_t> frame{0};   ///< the last that asked for it
+    uint32_t beamCount = 0, work = 0; ///< made so far, and what their lists cost, in leaves
+    std::atomic<bool> isSplit{false};
+    std::atomic<bool> isBusy{false}; ///< a thread adds a beam
+
+    bool holdsFor(const BeamBox& starts, const BeamPlanes& receivers) const {
+        return box.contains(starts) &&
+               (planeCount > BeamPlanes::kMax ||
+                (!receivers.areMany() &&
+                 std::all_of(receivers.planes, receivers.planes + receivers.count,
+                             [this](const BeamPlane& plane) {
+                                 return std::find(planes, planes + planeCount, plane) !=
+                                        planes + planeCount;
+                             })));
+    }
+    void lock() {
+        while (isBusy.exchange(true, std::memory_order_acquire)) {
+        }
+    }
+    void unlock() { isBusy.store(false, std::memory_order_release); }
+};
+
+namespace {
+
+/// Leaves that a search may find; some are then left out.
+constexpr uint32_t kMaxFound = 48;
+constexpr size_t kAlign = 16;
+/// A cell with a row for a few lights takes more.
+constexpr uint64_t kBytesPerSlot = 256;
+/// Beams that serve fewer rays wait while there are others to make.
+constexpr uint32_t kManyRays = 8;
+constexpr uint32_t kFramesBetweenCompactions = 32;
+/// What the rays of an open beam cost, in leaves of a list.
+constexpr uint32_t kOpenLeaves = 24;
+/// A cell is divided after so many beams where they cost more leaves each.
+constexpr uint32_t kBeamsBeforeSplit = 4, kSplitLeaves = 3;
+
+uint64_t mixed(uint64_t x) {
+    for (int i = 0; i < 2; ++i) {
+        x ^= x >> 32;
+        x *= 0xd6e8feb86659fd93ull;
+    }
+    return x ^ x >> 32;
+}
+
+constexpr size_t kLeastRow = 8;
+
+/// Returns whether a row has no room for one more; an entry stays empty.
+bool isFull(size_t count, size_t capacity) {
+    return 8 * (count + 1) > 7 * capacity;
+}
+
+size_t slotCountFor(uint64_t bytes) {
+    size_t count = 1;
+    while (2 * count * kBytesPerSlot <= bytes)
+        count *= 2;
+    return count;
+}
+
+uint8_t* reserve(uint64_t bytes) {
+    constexpr size_t kHugePage = size_t(2) << 20;
+    void* memory = std::aligned_alloc(kHugePage, (bytes + kHugePage - 1) / kHugePage * kHugePage);
+    if (!memory)
+        throw std::bad_alloc();
+#if defined(__linux__)
+    madvise(memory, bytes, MADV_HUGEPAGE); // fewer faults while it fills; may be refused
+#endif
+    return static_cast<uint8_t*>(memory);
+}
+
+/// Returns the box rounded outwards, as the view moves and other starts will come. Axes along which
+/// the box is thin stay as they are: that of a floor leaves the floor's own triangles out.
+BeamBox rounded(const BeamBox& box, float step, float thin) {
+    BeamBox grown = box;
+    for (int a = 0; a < 3; ++a)
+        if (box.high[a] - box.low[a] > thin) {
+            grown.low[a] = std::min(box.low[a], step * std::floor(box.low[a] / step));
+            grown.high[a] = std::max(box.high[a], step * std::ceil(box.high[a] / step));
+        }
+    return grown;
+}
+
+} // namespace
+
+bool BeamBox::contains(const BeamBox& other) const {
+    for (int a = 0; a < 3; ++a)
+        if (!(low[a] <= other.low[a] && other.high[a] <= high[a]))
+            return false;
+    return true;
+}
+
+void BeamBox::add(const glm::vec3& p) {
+    for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], p[a]);
+        high[a] = std::max(high[a], p[a]);
+    }
+}
+
+void BeamPlanes::add(const BeamPlane& plane) {
+    if (areMany() || std::find(planes, planes + count, plane) != planes + count)
+        return;
+    if (count < kMax)
+        planes[count] = plane;
+    ++count;
+}
+
+BeamCache::BeamCache(StreamIsa isa) : isa_(isa), memory_(nullptr, std::free) {}
+
+BeamCache::~BeamCache() = default;
+
+void BeamCache::forget() {
+    memory_.reset();
+    used_ = 0;
+    maxBytes_ = 0;
+    slots_ = std::vector<std::atomic<Cell*>>();
+    cellCount_ = 0;
+    lights_.clear();
+    lightIds_.clear();
+    mayMake_ = 0;
+    madeCount_ = pairCount_ = 0;
+    nextCompaction_ = 0;
+}
+
+bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
+                      View<const Light> lights, uint64_t maxBytes, uint64_t mostMade) {
+    if (bvh.nodes.data != bvh_.nodes.data || bvh.leaves.data != bvh_.leaves.data ||
+        bvh.root != bvh_.root || geometry.origin != geometry_.origin ||
+        geometry.diagonal != geometry_.diagonal || maxBytes != maxBytes_)
+        forget();
+    bvh_ = bvh;
+    geometry_ = geometry;
+    if (!memory_) {
+        slots_ = std::vector<std::atomic<Cell*>>(slotCountFor(maxBytes));
+        memory_.reset(reserve(maxBytes));
+        maxBytes_ = maxBytes;
+    }
+    const bool isFirst = lights_.empty();
+    isStill_.assign(lights.count, 1);
+    lightIds_.resize(lights.count, 0);
+    for (size_t i = 0; i < lights.count; ++i) {
+        const bool isKnown = i < lights_.size();
+        if (isKnown && lights[i].kind == lights_[i].kind &&
+            lights[i].positionWorld == lights_[i].positionWorld)
+            continue;
+        isStill_[i] = !isKnown;
+        lightIds_[i] = nextLightId_++;
+    }
+    lights_.assign(lights.data, lights.data + lights.count);
+    const bool isShort = used_ > maxBytes_ / 8 * 7 || cellCount_ > slots_.size() / 4 * 3;
+    if (isShort && frame_ >= nextCompaction_)
+        compact();
+    ++frame_;
+    leastRays_ = mayMake_ > 0 || mostMade == kMakeAll ? 1 : kManyRays;
+    const bool isUsed = !isFirst || mostMade == kMakeAll;
+    mayMake_ = isUsed ? int64_t(std::min<uint64_t>(mostMade, uint64_t(INT64_MAX) / 2)) : 0;
+    madeCount_ = pairCount_ = 0;
+    return isUsed;
+}
+
+void* BeamCache::allocate(size_t bytes) {
+    const uint64_t size = (bytes + kAlign - 1) / kAlign * kAlign;
+    const uint64_t first = used_.fetch_add(size, std::memory_order_relaxed);
+    if (first + size <= maxBytes_)
+        return memory_.get() + first;
+    used_.fetch_sub(size, std::memory_order_relaxed);
+    return nullptr;
+}
+
+BeamCache::Row* BeamCache::makeRow(size_t capacity) {
+    void* place = allocate(sizeof(Row) + capacity * sizeof(Entry));
+    if (!place)
+        return nullptr;
+    Row* row = new (place) Row{uint32_t(capacity), 0};
+    for (size_t i = 0; i < capacity; ++i)
+        new (row->entries() + i) Entry;
+    return row;
+}
+
+BeamCache::Cell* BeamCache::makeCell(const BeamBox& box, const BeamPlanes& receivers) {
+    const uint32_t planeCount = receivers.areMany() ? 0 : receivers.count;
+    void* place = allocate(sizeof(Cell) + 64 - kAlign);
+    void* planes = place ? allocate(planeCount * sizeof(BeamPlane)) : nullptr;
+    if (!planes)
+        return nullptr;
+    std::uninitialized_copy_n(receivers.planes, planeCount, static_cast<BeamPlane*>(planes));
+    place = reinterpret_cast<void*>((reinterpret_cast<uintptr_t>(place) + 63) / 64 * 64);
+    Cell* cell = new (place) Cell;
+    cell->box = box;
+    cell->planeCount = receivers.count;
+    cell->planes = static_cast<const BeamPlane*>(planes);
+    return cell;
+}
+
+BeamCache::Cell* BeamCache::peek(uint64_t key) const {
+    const size_t mask = slots_.size() - 1;
+    for (size_t slot = size_t(mixed(key)) & mask;; slot = (slot + 1) & mask) {
+        Cell* cell = slots_[slot].load(std::memory_order_acquire);
+        if (!cell || cell->key == key)
+            return cell;
+    }
+}
+
+bool BeamCache::isSplit(Cell& cell) const {
+    if (!cell.isSplit.load(std::memory_order_relaxed))
+        return false;
+    touch(cell);
+    return true;
+}
+
+void BeamCache::touch(Cell& cell) const {
+    if (cell.frame.load(std::memory_order_relaxed) != frame_)
+        cell.frame.store(frame_, std::memory_order_relaxed);
+}
+
+BeamCache::Cell* BeamCache::cellOf(uint64_t key, const BeamBox& starts, const BeamPlanes& receivers,
+                                   float size) {
+    const size_t mask = slots_.size() - 1;
+    for (size_t slot = size_t(mixed(key)) & mask;; slot = (slot + 1) & mask) {
+        Cell* cell = slots_[slot].load(std::memory_order_acquire);
+        while (!cell || (cell->key == key && !cell->holdsFor(starts, receivers))) {
+            if (mayMake_.load(std::memory_order_relaxed) <= 0 ||
+                (!cell && cellCount_.load(std::memory_order_relaxed) > slots_.size() / 8 * 7))
+                return nullptr;
+            BeamBox box = starts;
+            BeamPlanes planes = receivers;
+            if (cell) {
+                box.add({cell->box.low[0], cell->box.low[1], cell->box.low[2]});
+                box.add({cell->box.high[0], cell->box.high[1], cell->box.high[2]});
+                if (cell->planeCount > BeamPlanes::kMax)
+                    planes.count = cell->planeCount;
+                else
+                    std::for_each_n(cell->planes, cell->planeCount,
+                                    [&](const BeamPlane& plane) { planes.add(plane); });
+            }
+            // A cell that grows again and again soon holds for all of its surface.
+            Cell* made =
+                makeCell(rounded(box, (cell ? 0.5f : 0.125f) * size, 0.0625f * size), planes);
+            if (!made)
+                return nullptr;
+            made->key = key;
+            if (cell)
+                made->isSplit.store(cell->isSplit.load(std::memory_order_relaxed),
+                                    std::memory_order_relaxed);
+            const bool isNew = !cell;
+            if (slots_[slot].compare_exchange_strong(cell, made, std::memory_order_acq_rel)) {
+                cellCount_.fetch_add(isNew, std::memory_order_relaxed);
+                cell = made;
+            }
+        }
+        if (cell->key != key)
+            continue;
+        touch(*cell);
+        return cell;
+    }
+}
+
+void BeamCache::prefetchSlot(uint64_t key) const {
+    __builtin_prefetch(&slots_[size_t(mixed(key)) & (slots_.size() - 1)]);
+}
+
+void BeamCache::prefetchCell(uint64_t key) const {
+    __builtin_prefetch(
+        slots_[size_t(mixed(key)) & (slots_.size() - 1)].load(std::memory_order_relaxed));
+}
+
+void BeamCache::prefetch(const Cell& cell, uint32_t lightIndex) const {
+    if (const Row* row = cell.row.load(std::memory_order_acquire))
+        __builtin_prefetch(row->entries() +
+                           (Row::hashOf(lightIds_[lightIndex]) & (row->capacity - 1)));
+}
+
+Beam BeamCache::beamOf(BeamKind kind, uint32_t count, uint32_t first) const {
+    const uint32_t* leaf = reinterpret_cast<const uint32_t*>(memory_.get()) + size_t(first);
+    return {kind, count, leaf, reinterpret_cast<const uint8_t*>(leaf + count)};
+}
+
+Beam BeamCache::find(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal,
+                     uint32_t rayCount) {
+    if (Row* row = cell.row.load(std::memory_order_acquire)) {
+        const Entry& entry = row->at(lightIds_[lightIndex]);
+        if (entry.light.load(std::memory_order_relaxed) != 0)
+            return beamOf(entry.kind, entry.count, entry.first);
+    }
+    if (!isStill_[lightIndex] || rayCount < leastRays_ ||
+        mayMake_.fetch_sub(1, std::memory_order_relaxed) <= 0)
+        return {};
+    return make(cell, lightIndex, lightLocal);
+}
+
+Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal) {
+    uint32_t leaf[kMaxFound];
+    uint8_t mask[kMaxFound];
+    stream::BeamWork work{};
+    work.nodes = bvh_.nodes.data;
+    work.leaves = bvh_.leaves.data;
+    work.root = bvh_.root;
+    for (int a = 0; a < 3; ++a) {
+        work.origin[a] = lightLocal[a];
+        work.low[a] = cell.box.low[a];
+        work.high[a] = cell.box.high[a];
+    }
+    work.capacity = kMaxFound;
+    work.leaf = leaf;
+    work.mask = mask;
+    if (bvh_.root != kNoTriangleChild)
+        stream::findBeam(isa_, work);
+    madeCount_.fetch_add(1, std::memory_order_relaxed);
+    uint32_t count = 0, first = 0;
+    if (!work.isDark && !work.isOverflow)
+        count = withoutThoseBelow(cell, leaf, mask, work.count);
+    BeamKind kind = work.isDark                             ? BeamKind::kDark
+                    : work.isOverflow || count > kMaxLeaves ? BeamKind::kOpen
+                    : count == 0                            ? BeamKind::kLit
+                                                            : BeamKind::kListed;
+    if (kind == BeamKind::kListed) {
+        void* list = allocate(count * (sizeof(uint32_t) + 1));
+        if (!list)
+            return {};
+        uint32_t* leaves = static_cast<uint32_t*>(list);
+        std::copy_n(leaf, count, leaves);
+        std::copy_n(mask, count, reinterpret_cast<uint8_t*>(leaves + count));
+        first = uint32_t((static_cast<uint8_t*>(list) - memory_.get()) / sizeof(uint32_t));
+    } else {
+        count = 0;
+    }
+    cell.lock();
+    const bool isKept = insert(cell, lightIndex, kind, count, first);
+    cell.unlock();
+    return isKept ? beamOf(kind, count, first) : Beam{};
+}
+
+uint32_t BeamCache::withoutThoseBelow(const Cell& cell, uint32_t* leaf, uint8_t* mask,
+                                      uint32_t count) const {
+    if (cell.planeCount > BeamPlanes::kMax)
+        return count;
+    const auto isBelow = [&](uint32_t triangle) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const glm::dvec3 p = geometry_.vertex(triangle, corner);
+            for (uint32_t i = 0; i < cell.planeCount; ++i)
+                if (!(glm::dot(cell.planes[i].normal, p) <= cell.planes[i].below))
+                    return false;
+        }
+        return true;
+    };
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        uint32_t above = 0;
+        for (uint32_t left = mask[i]; left != 0; left &= left - 1) {
+            const uint32_t k = uint32_t(__builtin_ctz(left));
+            above |= uint32_t(!isBelow(bvh_.leaves[leaf[i]].triangle[k] & ~kCutTriangleTag)) << k;
+        }
+        if (above == 0)
+            continue;
+        leaf[kept] = leaf[i];
+        mask[kept++] = uint8_t(above);
+    }
+    return kept;
+}
+
+bool BeamCache::insert(Cell& cell, uint32_t lightIndex, BeamKind kind, uint32_t count,
+                       uint32_t first) {
+    Row* row = cell.row.load(std::memory_order_relaxed);
+    if (!row || isFull(row->count, row->capacity)) {
+        Row* grown = makeRow(row ? 2 * size_t(row->capacity) : kLeastRow);
+        if (!grown)
+            return false;
+        if (row)
+            copyEntries(*row, *grown, false, nullptr);
+        cell.row.store(grown, std::memory_order_release);
+        row = grown;
+    }
+    Entry& entry = row->at(lightIds_[lightIndex]);
+    if (entry.light.load(std::memory_order_relaxed) != 0)
+        return true; // another thread was faster
+    entry.lightIndex = lightIndex;
+    entry.first = first;
+    entry.kind = kind;
+    entry.count = uint8_t(count);
+    ++row->count;
+    entry.light.store(lightIds_[lightIndex], std::memory_order_release);
+    ++cell.beamCount;
+    cell.work += kind == BeamKind::kOpen ? kOpenLeaves : count;
+    if (cell.beamCount >= kBeamsBeforeSplit && cell.work > kSplitLeaves * cell.beamCount)
+        cell.isSplit.store(true, std::memory_order_relaxed);
+    return true;
+}
+
+bool BeamCache::isCurrent(const Entry& entry) const {
+    const uint32_t light = entry.light.load(std::memory_order_relaxed);
+    return light != 0 && entry.lightIndex < lightIds_.size() &&
+           lightIds_[entry.lightIndex] == light;
+}
+
+void BeamCache::copyEntries(const Row& from, Row& to, bool withLists, const uint8_t* memory) {
+    for (uint32_t i = 0; i < from.capacity; ++i) {
+        const Entry& entry = from.entries()[i];
+        if (!isCurrent(entry))
+            continue;
+        uint32_t first = entry.first;
+        if (withLists && entry.count > 0) {
+            const size_t bytes = entry.count * (sizeof(uint32_t) + 1);
+            uint8_t* list = static_cast<uint8_t*>(allocate(bytes));
+            if (!list)
+                continue;
+            std::copy_n(memory + size_t(first) * sizeof(uint32_t), bytes, list);
+            first = uint32_t((list - memory_.get()) / ptrdiff_t(sizeof(uint32_t)));
+        }
+        const uint32_t light = entry.light.load(std::memory_order_relaxed);
+        Entry& copy = to.at(light);
+        copy.lightIndex = entry.lightIndex;
+        copy.first = first;
+        copy.kind = entry.kind;
+        copy.count = entry.count;
+        copy.light.store(light, std::memory_order_relaxed);
+        ++to.count;
+    }
+}
+
+void BeamCache::compact() {
+    const std::vector<std::atomic<Cell*>> cells =
+        std::exchange(slots_, std::vector<std::atomic<Cell*>>(slots_.size()));
+    const auto memory = std::exchange(
+        memory_, std::unique_ptr<uint8_t, void (*)(void*)>(reserve(maxBytes_), std::free));
+    used_ = 0;
+    cellCount_ = 0;
+    for (const std::atomic<Cell*>& slot : cells) {
+        const Cell* cell = slot.load(std::memory_order_relaxed);
+        if (!cell || cell->frame.load(std::memory_order_relaxed) != frame_)
+            continue;
+        Row* row = cell->row.load(std::memory_order_relaxed);
+        const size_t current =
+            row ? size_t(std::count_if(row->entries(), row->entries() + row->capacity,
+                                       [&](const Entry& e) { return isCurrent(e); }))
+                : 0;
+        const bool isSplit = cell->isSplit.load(std::memory_order_relaxed);
+        if (current == 0 && !isSplit)
+            continue;
+        BeamPlanes planes;
+        planes.count = cell->planeCount;
+        if (!planes.areMany())
+            std::copy_n(cell->planes, planes.count, planes.planes);
+        Cell* copy = makeCell(cell->box, planes);
+        size_t capacity = kLeastRow;
+        while (isFull(current, capacity))
+            capacity *= 2;
+        Row* copiedRow = copy && !isSplit ? makeRow(capacity) : nullptr;
+        if (!copy || (!copiedRow && !isSplit))
+            break;
+        copy->key = cell->key;
+        copy->beamCount = cell->beamCount;
+        copy->work = cell->work;
+        copy->isSplit.store(isSplit, std::memory_order_relaxed);
+        if (copiedRow) {
+            copyEntries(*row, *copiedRow, true, memory.get());
+            copy->row.store(copiedRow, std::memory_order_relaxed);
+        }
+        size_t at = size_t(mixed(copy->key)) & (slots_.size() - 1);
+        while (slots_[at].load(std::memory_order_relaxed))
+            at = (at + 1) & (slots_.size() - 1);
+        slots_[at].store(copy, std::memory_order_relaxed);
+        ++cellCount_;
+    }
+    if (used_ > maxBytes_ / 4 * 3)
+        nextCompaction_ = frame_ + kFramesBetweenCompactions; // most of it is in use
+}
+
+} // namespace shadowdag
