@@ -140,8 +140,10 @@ void BeamRays::setStarts(View<const TruthStart> starts) {
     for (size_t i = starts.count; i < padded; ++i)
         for (int a = 0; a < 3; ++a)
             start_[a][i] = start_[a][0];
-    // Rays start at least c above the receiver and end higher; c is twice this at least.
-    const double raised = 0.5 * clearanceOf(0.0, exact_.geometry.diagonal);
+    // Rays start at least c above the receiver and end higher; c is twice this at least. A power of
+    // two, as beams are kept while c changes a little.
+    const double raised =
+        std::exp2(std::floor(std::log2(0.5 * clearanceOf(0.0, exact_.geometry.diagonal))));
     for (Group& group : groups_) {
         const glm::vec3& from = starts[group.begin].startLocal;
         group.box = {{from.x, from.y, from.z}, {from.x, from.y, from.z}};

@@ -176,8 +176,7 @@ void BeamCache::forget() {
 bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
                       View<const Light> lights, uint64_t maxBytes, uint64_t mostMade) {
     if (bvh.nodes.data != bvh_.nodes.data || bvh.leaves.data != bvh_.leaves.data ||
-        bvh.root != bvh_.root || geometry.origin != geometry_.origin ||
-        geometry.diagonal != geometry_.diagonal || maxBytes != maxBytes_)
+        bvh.root != bvh_.root || geometry.origin != geometry_.origin || maxBytes != maxBytes_)
         forget();
     bvh_ = bvh;
     geometry_ = geometry;

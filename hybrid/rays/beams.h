@@ -83,11 +83,11 @@ public:
     BeamCache(const BeamCache&) = delete;
     BeamCache& operator=(const BeamCache&) = delete;
 
-    /// Starts a frame, and forgets what does not hold any more: all where the hierarchy, its space
-    /// or `maxBytes` is another; beams of lights that moved. Where memory is short, cells go that
-    /// the last frame did not ask for; twice the memory may then be taken for a moment. Returns
-    /// whether beams pay in this frame: not in the first one, unless it is to make all. Throws
-    /// std::bad_alloc.
+    /// Starts a frame, and forgets what does not hold any more: all where the hierarchy, its
+    /// origin or `maxBytes` is another (not its diagonal, which objects change that move); beams of
+    /// lights that moved. Where memory is short, cells go that the last frame did not ask for;
+    /// twice the memory may then be taken for a moment. Returns whether beams pay in this frame:
+    /// not in the first one, unless it is to make all. Throws std::bad_alloc.
     /// @param bvh,geometry outlive what is asked until the next begin @param lights of the world
     /// @param maxBytes at least kLeastBytes
     /// @param mostMade how many beams the frame may make, those of many rays first; kMakeAll: all

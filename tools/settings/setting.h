@@ -23,6 +23,7 @@ enum class ReadBy : uint8_t {
     kVoxels,      ///< what uses voxels
     kVoxelsAlone, ///< methods that trace every light through voxels
     kMaps,        ///< methods that draw maps
+    kKept,        ///< methods that keep maps or beams from frame to frame
     kHybrid,      ///< method hybrid
 };
 

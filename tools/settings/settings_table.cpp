@@ -347,8 +347,8 @@ std::vector<Setting> makeSettings() {
          .group = Group::kMaps,
          .kind = "cold|warm",
          .help = "What a single frame finds: cold for nothing, so that every map is drawn; warm "
-                 "for the maps of a frame of the same view",
-         .readBy = ReadBy::kMaps,
+                 "for the maps and beams of a frame of the same view",
+         .readBy = ReadBy::kKept,
          .form = JsonForm::kText,
          .isList = true,
          .label = " #",
@@ -616,6 +616,8 @@ bool reads(const RunParameters& run, ReadBy readBy) {
         return run.usesVoxels() && !run.usesMaps();
     case ReadBy::kMaps:
         return run.usesMaps();
+    case ReadBy::kKept:
+        return run.usesMaps() || (run.usesRays() && run.frame.rays.keepsBeams());
     case ReadBy::kHybrid:
         return run.isRouted();
     }

@@ -27,6 +27,8 @@ constexpr Readers kReaders[] = {
     {ReadBy::kVoxels, "rays through voxels", "dag or hybrid with --believe all", "RT or Hybrid"},
     {ReadBy::kVoxelsAlone, "rays alone through voxels", "dag with --believe all", "RT"},
     {ReadBy::kMaps, "methods that draw maps", "maps or hybrid", "a culling or Hybrid"},
+    {ReadBy::kKept, "methods that keep maps or beams", "maps or hybrid, or --beams 256M,",
+     "a culling or Hybrid"},
     {ReadBy::kHybrid, "method hybrid", "hybrid", "Hybrid"},
 };
 

@@ -228,6 +228,11 @@ TEST(Beams, AFramesShareIsKeptAndABeamThatSomebodyMadeIsFound) {
     EXPECT_EQ(umbra.kindOf(cache, low, high, 1), BeamKind::kLit) << "kept";
     EXPECT_EQ(cache.counts().madeCount, 0u);
 
+    TruthGeometry larger = umbra.stage.geometry; // something moved outwards
+    larger.diagonal *= 1.001;
+    cache.begin(umbra.stage.bvh.view(), larger, {&umbra.light, 1}, kBytes, 0);
+    EXPECT_EQ(umbra.kindOf(cache, low, high, 1), BeamKind::kLit) << "kept";
+
     Light moved = umbra.light;
     moved.positionWorld.x += 1.0f;
     EXPECT_TRUE(begin(moved, BeamCache::kMakeAll));

@@ -447,6 +447,28 @@ TEST(Configurations, TheLargestFaceIsTheExperiments) {
     EXPECT_EQ(toJson(e)["max_face_texels"], 8192);
 }
 
+TEST(Configurations, BeamsAreKeptByExactRaysThatStartColdOrWarm) {
+    const Experiment e = experimentFromJson({{"methods", {"dag"}},
+                                             {"thresholds", {"inf"}},
+                                             {"believe", {"none", "all"}},
+                                             {"beams_mib", {0, 256}},
+                                             {"start", {"cold", "warm"}}},
+                                            "x");
+    std::vector<std::string> labels;
+    for (const RunParameters& run : configurations(e, {1024}, 1)) {
+        labels.push_back(run.label());
+        EXPECT_EQ(run.toJson().value("beam_bytes", uint64_t(0)),
+                  run.frame.rays.keepsBeams() ? uint64_t(256) << 20 : 0u)
+            << run.label();
+    }
+    EXPECT_THAT(labels, testing::UnorderedElementsAre(
+                            "dag believe none", "dag believe none beams 256M",
+                            "dag warm believe none beams 256M", "dag 1024^3 believe all"));
+    EXPECT_EQ(toJson(e)["beams_mib"], (Json{0, 256}));
+    for (const Json& bad : {Json(-1), Json(16385), Json("much")})
+        EXPECT_THROW(experimentFromJson({{"beams_mib", bad}}, "x"), Error);
+}
+
 TEST(Experiment, TheCommittedFilesAreValid) {
     for (const char* name : {"atrium", "houses", "necropolis", "smoke", "real"}) {
         const Experiment e =
@@ -464,6 +486,13 @@ TEST(Experiment, TheCommittedFilesAreValid) {
         EXPECT_TRUE(e.isSequence) << name;
         EXPECT_GE(e.variants.size(), 5u) << name;
     }
+    for (const char* name :
+         {"beams", "beams_1080p", "beams_placed", "beams_placed_1080p", "beams_sequence"})
+        EXPECT_EQ(
+            readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json")
+                .beamsMib,
+            (std::vector<uint32_t>{0, 512}))
+            << name;
     EXPECT_EQ(readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/held_routes.json")
                   .variants,
               (std::vector<std::string>{"Hybrid:texels:32", "Hybrid:texels:32-RH0.2",

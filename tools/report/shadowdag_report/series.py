@@ -14,13 +14,18 @@ def believe_of(run):
 
 
 def is_warm(run):
-    """Returns whether a run is of frames whose maps a frame of the same view left."""
+    """Returns whether a run is of frames whose maps or beams a frame of the same view left."""
     return run.get("parameters", {}).get("start") == "warm"
 
 
+def keeps_beams(run):
+    """Returns whether the exact rays of a run keep beams."""
+    return run["parameters"].get("beam_bytes", 0) > 0
+
+
 def rays_alone(runs, believe):
-    """Returns the runs of rays alone that believe "all", "none" or (None) anything between."""
-    return [r for r in runs if r["method"] == "dag" and
+    """Returns the runs of rays alone, without beams, that believe "all", "none" or (None) anything between."""
+    return [r for r in runs if r["method"] == "dag" and not keeps_beams(r) and
             (believe_of(r) == believe if believe else believe_of(r) not in ("all", "none"))]
 
 

@@ -5,13 +5,13 @@ results.json files of `shadowdag compare --experiment scenes/experiments/main.js
     main report-360/results.json report-1080/results.json -o DIR
 
 Writes DIR/main.svg and DIR/main.png. Errors are wrong pairs; a method without any is on the lower edge. Hollow markers are
-warm frames, whose maps a frame of the same view left. Bars are intervals of the medians. Scenes that this program builds say so.
+warm frames, whose maps or beams a frame of the same view left. Bars are intervals of the medians. Scenes that this program builds say so.
 """
 import math
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
-from ..series import believe_of, is_warm, threshold_of, tracers_of
+from ..series import believe_of, is_warm, keeps_beams, threshold_of, tracers_of
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, plt
 from ..texels import PAPER_TEXELS
 from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
@@ -20,11 +20,11 @@ COLUMNS = 4
 NARROWEST = 0.675  # of the width of COLUMNS: the legend has five columns
 BUILT = {"builtin:atrium": "atrium (built, mirrored halves)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
 LOOKS = {  # name: (colour, marker, size)
-    "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
+    "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "exact rays by beams": (GREEN, "d", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
     "hybrid, 96 texels": (VERMILION, "X", 4.2), "hybrid, others": (BLUE, "^", 3.0), "hybrid, oracle": (GREEN, "*", 5.4),
     "others": (PURPLE, "v", 3.4), "the front": (GREY, "", 0)}
 
-WARM = "hollow: a warm frame, maps kept"
+WARM = "hollow: a warm frame, maps and beams kept"
 
 TRACER_LOOKS = ((GREY, "<", 4.0), (PURPLE, ">", 4.0), (SKY, "H", 4.2), (GREEN, "P", 4.2), (ORANGE, "8", 4.0))  # of others, in turn
 
@@ -43,6 +43,8 @@ def name_of(run):
         return "maps"
     if run["method"] == "tracer":
         return tracer_label(run)
+    if run["method"] == "dag" and keeps_beams(run):
+        return "exact rays by beams"
     if run["method"] == "dag":
         return {"none": "exact rays", "all": "voxel rays"}.get(believe_of(run), "others")
     if run["method"] == "hybrid":

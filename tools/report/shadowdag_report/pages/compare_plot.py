@@ -2,7 +2,7 @@
 """Speed against accuracy of every frame of a compare, as the interactive charts of its page."""
 from ..intervals import interval, interval_text
 from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW
-from ..series import believe_of, is_warm, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
+from ..series import believe_of, is_warm, keeps_beams, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
 from .page import cubed, number, percent, text
 from .plot import Series, plot, x_axis_of, y_axis_of
 
@@ -26,6 +26,7 @@ def families(runs):
         of_start = [r for r in runs if is_warm(r) == start]
         warm = ", warm" if start else ""
         add("exact rays" + warm, YELLOW, "pentagon", rays_alone(of_start, "none"), is_hollow=start)
+        add("exact rays by beams" + warm, GREEN, "pentagon", [r for r in of_start if r["method"] == "dag" and keeps_beams(r)], is_hollow=start)
         between = [r for r in rays_alone(of_start, None) if isinstance(believe_of(r), (int, float))]
         between.sort(key=believe_of)
         add("rays that believe some voxels" + warm, BLUE, "diamond", between, "1 3", between, start)
@@ -69,7 +70,7 @@ def frame_plot(results, number_of, scene, frame, runs):
     if ringed:
         caption += " The ring is the run that the verdict recommends."
     if any(map(is_warm, runs)):
-        caption += " Hollow points are warm frames, whose maps a frame of the same view left."
+        caption += " Hollow points are warm frames, whose maps or beams a frame of the same view left."
 
     def words(index):
         run = by_index[index]
