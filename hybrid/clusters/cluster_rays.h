@@ -47,8 +47,8 @@ public:
     View<const uint32_t> samples() const { return samples_; }
 
     /// Sets isDark[i] to isDarkByRays of the pair of sample i, or, with TriangleRays::kEmbree, to
-    /// EmbreeScene::trace or isDarkByMovers, for the samples with isAsked[i] != 0; leaves the
-    /// others alone.
+    /// EmbreeScene::trace or isDarkByMovers, for the samples with isAsked[i] != 0; others may
+    /// become anything.
     /// @param isAsked,isDark by sample of the cluster
     RayCounts answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                      View<uint8_t> isDark);

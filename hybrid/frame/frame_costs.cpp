@@ -83,7 +83,8 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     ShadowMapOptions mapOptions = options.maps;
     mapOptions.useStaticOptimization = isWarm && options.maps.useStaticOptimization;
     FrameOptions shadingOptions = options;
-    shadingOptions.makeAllBeams = true; // by the uncounted repeat
+    shadingOptions.makeAllBeams = true; // by the uncounted repeats, in which cells are divided
+    const bool keepsBeams = isWarm && options.rays.keepsBeams();
     if (!isWarm)
         shadingOptions.rays.beamBytes = 0;
     Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
@@ -104,7 +105,10 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
         if (isGuessing)
             state.maps.maps().guessLengths(true);
         std::vector<double> raysMs, mapMs;
-        for (int repeat = isGuessing || isWarm ? -1 : 0; repeat < repeats; ++repeat)
+        for (int repeat = keepsBeams             ? -3
+                          : isGuessing || isWarm ? -1
+                                                 : 0;
+             repeat < repeats; ++repeat)
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
                 times.beforeStage = beforeStage;
@@ -118,6 +122,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 shading.lists = one.lists.view();
                 {
                     const StageTimer timer(state.context.backend, times, "shading");
+                    state.shading.beginBeams(shadingOptions, shading);
                     state.shading.shade(shading);
                 }
                 times.settle();

@@ -20,14 +20,17 @@ constexpr uint64_t kMostBeamBytes = uint64_t(16) << 30;
 
 /// Throws Error kResource for a picture that cannot fit, before the system ends the process.
 void checkMemory(const FrameOptions& options) {
-    const uint64_t needed = kLeastBytesPerPixel * options.width * options.height;
+    const uint64_t beams = options.rays.keepsBeams() ? options.rays.beamBytes : 0;
+    const uint64_t needed = kLeastBytesPerPixel * options.width * options.height + beams;
     const uint64_t available = processMemoryBytes();
     if (needed > available)
         throw Error(ErrorKind::kResource,
                     "a picture of " + std::to_string(options.width) + " x " +
-                        std::to_string(options.height) + " pixels takes at least " +
+                        std::to_string(options.height) + " pixels" +
+                        (beams > 0 ? " with its beams" : "") + " takes at least " +
                         std::to_string(needed >> 20) + " MiB of memory, this process may take " +
-                        std::to_string(available >> 20) + " MiB; use a smaller size");
+                        std::to_string(available >> 20) + " MiB; use a smaller size" +
+                        (beams > 0 ? " or less with --beams" : ""));
 }
 
 void check(bool ok, const std::string& what) {

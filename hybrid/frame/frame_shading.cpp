@@ -109,14 +109,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
     filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
     filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
     const bool servesRays = maps.serves(ServedBy::kRays);
-    RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
-    if (servesRays && rays.keepsBeams() && context_.backend == Backend::kCpu) {
-        const uint64_t mostMade =
-            options.makeAllBeams ? BeamCache::kMakeAll : surface.view().count() / kSamplesPerBeam;
-        if (beams_.begin(inputs.exact.bvh, inputs.exact.geometry, viewOf(scene.world().lights()),
-                         rays.beamBytes, mostMade))
-            inputs.beams = &beams_;
-    }
+    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail(), servesRays);
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -135,6 +128,20 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             {},
             needsOf(servesRays, maps.serves(ServedBy::kMap), scene.world().lights(), inputs,
                     filter.taps)};
+}
+
+void FrameShading::beginBeams(const FrameOptions& options, ShadeSamples& shading) {
+    RayInputs& rays = shading.visibility.rays;
+    rays.beams = nullptr;
+    if (!rays.options.keepsBeams() || context_.backend != Backend::kCpu)
+        beams_.forget();
+    else if (shading.needs.rays &&
+             beams_.begin(rays.exact.bvh, rays.exact.geometry, context_.scene.lights(),
+                          rays.options.beamBytes,
+                          options.makeAllBeams ? BeamCache::kMakeAll
+                                               : shading.gbuffer.count() / kSamplesPerBeam))
+        rays.beams = &beams_;
+    haveBeams_ = rays.beams != nullptr;
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {
@@ -180,7 +187,7 @@ void FrameShading::count(FrameCounts& counts) const {
     counts.missingTapCount = sum(missingTapCount_);
     counts.moverTestCount = sum(moverTestCount_);
     counts.exactRayCount = sum(exactCount_);
-    const BeamCounts beams = beams_.counts();
+    const BeamCounts beams = haveBeams_ ? beams_.counts() : BeamCounts{};
     counts.beamRayCount = beams.pairCount;
     counts.beamMadeCount = beams.madeCount;
 }

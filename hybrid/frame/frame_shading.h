@@ -34,6 +34,9 @@ public:
     ShadeSamples prepare(const VisibleSurface& surface, const FrameClusters& clusters,
                          const DrawnMaps& maps, const FrameOptions& options);
 
+    /// Starts the beams of a frame, if its rays keep some; part of its shading.
+    void beginBeams(const FrameOptions& options, ShadeSamples& shading);
+
     /// Shades every sample by all its lights.
     void shade(const ShadeSamples& shading);
 
@@ -72,7 +75,8 @@ private:
     Buffer<uint32_t> nextPair_;
     Buffer<uint8_t> pairVisibility_;
     Buffer<PairServer> pairServer_;
-    BeamCache beams_; ///< of exact rays, from frame to frame
+    BeamCache beams_;        ///< of exact rays, from frame to frame
+    bool haveBeams_ = false; ///< the frame asks them
 };
 
 } // namespace shadowdag

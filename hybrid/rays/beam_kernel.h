@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Beams: which triangles may block rays to one light from anywhere in a box, and rays against such
-// a list. Only exact_stream_*.cpp include it (exact_stream_kernel.h says why).
+// a list. Only beam_stream_*.cpp include it (exact_stream_kernel.h says why).
 //
 // A ray's test of a triangle is the sign of four products that are linear in its start
 // (exact_stream_kernel.h). So their extremes over a box are at its corners, centre +- half an
@@ -12,8 +12,9 @@
 // Bounds: rays start at the box's points exactly, and the errors of the four products are those of
 // packets; centre and half extent are rounded, which adds 4 u |n| (|centre| + |half|) < 8 u |n| W
 // to each. They are taken as twice the bounds of packets, which hold more than that. Shafts: a
-// corner relative to the light is off by u of itself, a plane's product by 4 u |corner| |plane|
-// more, and the ray's end by e (there). Taken: margin + 8 u |corner|, a coordinate at a time.
+// corner relative to the light is off by u of itself, one that is found by adding a rounded edge by
+// 4 u, a plane's product by 4 u |corner| |plane| more, and the ray's end by e (there). Taken: the
+// margin of packets and 8 u of the largest coordinate on each axis, added.
 #pragma once
 
 #include "hybrid/rays/beam_work.h"
@@ -51,7 +52,7 @@ struct Shaft {
 private:
     void addSides(uint32_t a, uint32_t b, const float* from, const float* to) {
         if (from[a] <= margin && to[a] >= -margin && from[b] <= margin && to[b] >= -margin)
-            return; // the light is beside the box in neither
+            return; // seen along the third axis, the light lies in the box
         const float corner[4][2] = {
             {from[a], from[b]}, {to[a], from[b]}, {from[a], to[b]}, {to[a], to[b]}};
         uint32_t left = 0, right = 0;
@@ -304,33 +305,8 @@ private:
     }
 
     void test(const Seen& seen, const TriangleBvhLeaf& leaf, uint32_t k, uint32_t p) {
-        const F(&way)[3] = way_[p];
-        const auto splat = [k](const G& v) { return V::splat(N::lane(v, k)); };
-        const auto along = [&](const G(&n)[4]) {
-            return V::fma(splat(n[0]), way[0],
-                          V::fma(splat(n[1]), way[1], V::mul(splat(n[2]), way[2])));
-        };
-        const uint32_t lanes = waiting_[p];
-        const F band = splat(seen.band), under = V::sub(V::splat(0.0f), band);
-        const F v1 = along(seen.n1), v2 = along(seen.n2), v3 = along(seen.n3);
-        const F inside = V::lesser(V::lesser(v1, v2), v3);
-        uint32_t maybe = lanes & V::less(under, inside);
-        if (seen.edgeOn >> k & 1) {
-            const F outside = V::greater(V::greater(v1, v2), v3);
-            maybe |= lanes & V::less(outside, band);
-            confirm(maybe, leaf.triangle[k], p);
-            return;
-        }
-        if (maybe == 0)
-            return;
-        const F beyond = V::sub(along(seen.normal), splat(seen.depth));
-        const F depthBand = splat(seen.depthBand);
-        maybe &= V::less(V::sub(V::splat(0.0f), depthBand), beyond);
-        if (maybe == 0)
-            return;
-        uint32_t certain = 0;
-        if ((leaf.triangle[k] & kCutTriangleTag) == 0)
-            certain = maybe & V::less(band, inside) & V::less(depthBand, beyond);
+        uint32_t certain;
+        const uint32_t maybe = blockedBy<V, N, false>(seen, leaf, k, way_[p], waiting_[p], certain);
         waiting_[p] &= ~certain;
         confirm(maybe & ~certain, leaf.triangle[k], p);
     }

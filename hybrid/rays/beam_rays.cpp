@@ -2,6 +2,7 @@
 #include "hybrid/rays/beam_rays.h"
 
 #include "hybrid/rays/beam_stream.h"
+#include "hybrid/rays/exact_stream.h"
 
 #include <algorithm>
 #include <cmath>
@@ -148,12 +149,13 @@ void BeamRays::setStarts(View<const TruthStart> starts) {
         const glm::vec3& from = starts[group.begin].startLocal;
         group.box = {{from.x, from.y, from.z}, {from.x, from.y, from.z}};
         BeamPlanes receivers;
-        uint32_t last = kBackground;
+        BeamPlane last{};
         for (uint32_t i = group.begin; i < group.end; ++i) {
             group.box.add(starts[i].startLocal);
-            if (i == group.begin || receivers_[i] != last)
-                receivers.add({starts[i].plane.normal, starts[i].plane.offset + raised});
-            last = receivers_[i];
+            const BeamPlane plane{starts[i].plane.normal, starts[i].plane.offset + raised};
+            if (i == group.begin || !(plane == last))
+                receivers.add(plane);
+            last = plane;
         }
         group.cell = cache_.cellOf(group.key, group.box, receivers, group.size);
     }
@@ -176,6 +178,13 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
     work.count = starts_.count;
     work.active = active_.data();
     work.open = open_.data();
+    if (isFarLight(at, exact_.geometry.diagonal)) {
+        for (size_t i = 0; i < starts_.count; ++i) {
+            const uint64_t bit = uint64_t(isAsked[i]) << (i % 64);
+            open_[i / 64] = i % 64 == 0 ? bit : open_[i / 64] | bit;
+        }
+        return countOpen();
+    }
     stream::findActive(isa_, work);
     std::memset(isDark.data, 0, isDark.count);
     uint64_t answered = 0;
@@ -200,6 +209,10 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
                      [&](size_t word, uint64_t mask) { open_[word] |= active_[word] & mask; });
     }
     cache_.addPairs(answered);
+    return countOpen();
+}
+
+uint32_t BeamRays::countOpen() const {
     uint32_t open = 0;
     for (size_t word = 0; 64 * word < starts_.count; ++word)
         open += uint32_t(__builtin_popcountll(open_[word]));

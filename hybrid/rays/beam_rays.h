@@ -66,6 +66,7 @@ private:
             f(word, mask);
         }
     }
+    uint32_t countOpen() const;
     void traceListed(const Group& group, const Beam& beam, const glm::dvec3& lightLocal,
                      View<uint8_t> isDark);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What beams.cpp passes to the files that are compiled for one kind of processor each. Plain
-// pointers, for the reason that dag_stream_work.h gives.
+// What beams.cpp and beam_rays.cpp pass to the files that are compiled for one kind of processor
+// each. Plain pointers, for the reason that dag_stream_work.h gives.
 #pragma once
 
 #include "hybrid/rays/exact_stream_work.h"

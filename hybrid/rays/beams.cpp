@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/rays/beams.h"
 
+#include "cuda/error.h"
 #include "hybrid/rays/beam_stream.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <new>
+#include <string>
 #include <utility>
 
 #if defined(__linux__)
@@ -48,7 +50,6 @@ struct alignas(64) BeamCache::Cell {
     BeamBox box; ///< of starts that the beams hold for
     uint32_t planeCount;
     const BeamPlane* planes;          ///< of receivers that they hold for
-    uint32_t lightCount;              ///< that are likely to ask
     std::atomic<Row*> row{nullptr};   ///< null: no beams
     std::atomic<uint32_t> frame{0};   ///< the last that asked for it
     uint32_t beamCount = 0, work = 0; ///< made so far, and what their lists cost, in leaves
@@ -113,7 +114,8 @@ uint8_t* reserve(uint64_t bytes) {
     constexpr size_t kHugePage = size_t(2) << 20;
     void* memory = std::aligned_alloc(kHugePage, (bytes + kHugePage - 1) / kHugePage * kHugePage);
     if (!memory)
-        throw std::bad_alloc();
+        throw Error(ErrorKind::kResource, "no memory for " + std::to_string(bytes >> 20) +
+                                              " MiB of beams; use less with --beams");
 #if defined(__linux__)
     madvise(memory, bytes, MADV_HUGEPAGE); // fewer faults while it fills; may be refused
 #endif
@@ -197,9 +199,11 @@ bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
         lightIds_[i] = nextLightId_++;
     }
     lights_.assign(lights.data, lights.data + lights.count);
-    const bool isShort = used_ > maxBytes_ / 8 * 7 || cellCount_ > slots_.size() / 4 * 3;
-    if (isShort && frame_ >= nextCompaction_)
+    if (isShort() && frame_ >= nextCompaction_) {
         compact();
+        if (isShort()) // most of it is in use
+            nextCompaction_ = frame_ + kFramesBetweenCompactions;
+    }
     ++frame_;
     leastRays_ = mayMake_ > 0 || mostMade == kMakeAll ? 1 : kManyRays;
     const bool isUsed = !isFirst || mostMade == kMakeAll;
@@ -208,13 +212,18 @@ bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
     return isUsed;
 }
 
+bool BeamCache::isShort() const {
+    return used_ > maxBytes_ / 4 * 3 || cellCount_ > slots_.size() / 4 * 3;
+}
+
 void* BeamCache::allocate(size_t bytes) {
     const uint64_t size = (bytes + kAlign - 1) / kAlign * kAlign;
-    const uint64_t first = used_.fetch_add(size, std::memory_order_relaxed);
-    if (first + size <= maxBytes_)
-        return memory_.get() + first;
-    used_.fetch_sub(size, std::memory_order_relaxed);
-    return nullptr;
+    uint64_t first = used_.load(std::memory_order_relaxed);
+    do {
+        if (first + size > maxBytes_)
+            return nullptr;
+    } while (!used_.compare_exchange_weak(first, first + size, std::memory_order_relaxed));
+    return memory_.get() + first;
 }
 
 BeamCache::Row* BeamCache::makeRow(size_t capacity) {
@@ -296,6 +305,7 @@ BeamCache::Cell* BeamCache::cellOf(uint64_t key, const BeamBox& starts, const Be
             if (slots_[slot].compare_exchange_strong(cell, made, std::memory_order_acq_rel)) {
                 cellCount_.fetch_add(isNew, std::memory_order_relaxed);
                 cell = made;
+                break; // it holds
             }
         }
         if (cell->key != key)
@@ -328,8 +338,10 @@ Beam BeamCache::beamOf(BeamKind kind, uint32_t count, uint32_t first) const {
 Beam BeamCache::find(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal,
                      uint32_t rayCount) {
     if (Row* row = cell.row.load(std::memory_order_acquire)) {
-        const Entry& entry = row->at(lightIds_[lightIndex]);
-        if (entry.light.load(std::memory_order_relaxed) != 0)
+        const uint32_t light = lightIds_[lightIndex];
+        const Entry& entry = row->at(light);
+        // An empty entry may have become another light's since.
+        if (entry.light.load(std::memory_order_acquire) == light)
             return beamOf(entry.kind, entry.count, entry.first);
     }
     if (!isStill_[lightIndex] || rayCount < leastRays_ ||
@@ -511,8 +523,6 @@ void BeamCache::compact() {
         slots_[at].store(copy, std::memory_order_relaxed);
         ++cellCount_;
     }
-    if (used_ > maxBytes_ / 4 * 3)
-        nextCompaction_ = frame_ + kFramesBetweenCompactions; // most of it is in use
 }
 
 } // namespace shadowdag

@@ -129,6 +129,7 @@ private:
     struct Row;
 
     void touch(Cell& cell) const;
+    bool isShort() const;
     void* allocate(size_t bytes);
     Cell* makeCell(const BeamBox& box, const BeamPlanes& receivers);
     Row* makeRow(size_t capacity);

@@ -43,6 +43,11 @@ bool confirm(void* user, uint32_t ray, uint32_t triangle) {
 
 } // namespace
 
+bool isFarLight(const glm::vec3& lightLocal, double diagonal) {
+    constexpr double kRounding = 0x1p-24, kFarShare = 0x1p-10;
+    return 16.0 * kRounding * 2.0 * double(glm::length(lightLocal)) > kFarShare * diagonal;
+}
+
 ExactStream::ExactStream(const TruthGeometry& geometry, const TriangleBvhView& bvh, StreamIsa isa)
     : geometry_(geometry), bvh_(bvh), isa_(isa) {
     SDAG_ASSERT(hasStreamIsa(isa));
@@ -91,11 +96,7 @@ void ExactStream::trace(const Light& light, View<const TruthStart> starts,
                               ? endError / double(light.directionalDistanceWorld) + 0x1p-22
                               : endError);
     work.size = 1.000001f * float(rays.geometry.diagonal + endError);
-    // A light so far away, beside the scene, that the rounding of its position is no small part of
-    // the scene: packets would confirm nearly every triangle.
-    constexpr double kRounding = 0x1p-24, kFarShare = 0x1p-10;
-    if (!isDirectional &&
-        16.0 * kRounding * 2.0 * double(glm::length(origin)) > kFarShare * rays.geometry.diagonal) {
+    if (!isDirectional && isFarLight(origin, rays.geometry.diagonal)) {
         for (size_t i = 0; i < which.count; ++i)
             blocked[i] = isBlockedExactly({geometry_, bvh_}, rays.ray(i));
         return;

@@ -11,6 +11,11 @@
 
 namespace shadowdag {
 
+/// Returns whether a point or spot light is so far away, beside the scene, that the rounding of its
+/// position is no small part of the scene: packets would leave nearly every triangle to the test in
+/// double, so its rays go one by one.
+bool isFarLight(const glm::vec3& lightLocal, double diagonal);
+
 /// Traces rays of one light after the other. Not thread-safe: one a thread.
 class ExactStream {
 public:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exact shadow rays in packets of V::kWidth rays to one light, through a hierarchy over triangles,
-// for a vector type V (voxel/lanes_avx2.h). Only exact_stream_*.cpp include it, each compiled for
-// its processor: everything is in an anonymous namespace, and nothing inline of other headers is
-// used (voxel/dag_stream_work.h says why).
+// for a vector type V (voxel/lanes_avx2.h). Only exact_stream_*.cpp and beam_kernel.h include it,
+// each compiled for its processor: everything is in an anonymous namespace, and nothing inline of
+// other headers is used (voxel/dag_stream_work.h says why).
 //
 // All rays of a packet go to one light L, so what they need of a triangle A, B, C is computed once
 // a packet. With n1 = (A - L) x (B - A), n2 = (B - L) x (C - B), n3 = (C - L) x (A - C) and
@@ -178,6 +178,39 @@ private:
     }
 };
 
+/// Returns the rays that triangle k of a leaf may block. @param lanes of the rays that are asked
+/// @param way from the light to the start of each ray
+/// @param certain receives those that it certainly blocks
+template <class V, class N, bool kIsDirectional>
+uint32_t blockedBy(const SeenLeaf<N, kIsDirectional>& seen, const TriangleBvhLeaf& leaf, uint32_t k,
+                   const typename V::Floats (&way)[3], uint32_t lanes, uint32_t& certain) {
+    using F = typename V::Floats;
+    using G = typename N::Floats;
+    const auto splat = [k](const G& v) { return V::splat(N::lane(v, k)); };
+    const auto along = [&](const G(&n)[4]) {
+        const F last =
+            kIsDirectional ? V::fma(splat(n[2]), way[2], splat(n[3])) : V::mul(splat(n[2]), way[2]);
+        return V::fma(splat(n[0]), way[0], V::fma(splat(n[1]), way[1], last));
+    };
+    certain = 0;
+    const F band = splat(seen.band), under = V::sub(V::splat(0.0f), band);
+    const F v1 = along(seen.n1), v2 = along(seen.n2), v3 = along(seen.n3);
+    const F inside = V::lesser(V::lesser(v1, v2), v3);
+    uint32_t maybe = lanes & V::less(under, inside);
+    if (seen.edgeOn >> k & 1) { // of either sign, anywhere along the ray
+        const F outside = V::greater(V::greater(v1, v2), v3);
+        return maybe | (lanes & V::less(outside, band));
+    }
+    if (maybe == 0)
+        return 0;
+    const F beyond = V::sub(along(seen.normal), splat(seen.depth));
+    const F depthBand = splat(seen.depthBand);
+    maybe &= V::less(V::sub(V::splat(0.0f), depthBand), beyond);
+    if (maybe != 0 && (leaf.triangle[k] & kCutTriangleTag) == 0)
+        certain = maybe & V::less(band, inside) & V::less(depthBand, beyond);
+    return maybe;
+}
+
 /// The way of some rays of one octant through the hierarchy. V: a vector for rays; N: one for the
 /// children of a node and for the triangles of a leaf.
 template <class V, class N, bool kIsDirectional> class ExactPacket {
@@ -211,32 +244,9 @@ public:
             lanes &= ~blocked_;
             if (lanes == 0)
                 return;
-            const auto splat = [k](const G& v) { return V::splat(N::lane(v, k)); };
-            const auto along = [&](const G(&n)[4]) {
-                const F last = kIsDirectional ? V::fma(splat(n[2]), rays_.way[2], splat(n[3]))
-                                              : V::mul(splat(n[2]), rays_.way[2]);
-                return V::fma(splat(n[0]), rays_.way[0], V::fma(splat(n[1]), rays_.way[1], last));
-            };
-            const F band = splat(seen.band), under = V::sub(V::splat(0.0f), band);
-            const F v1 = along(seen.n1), v2 = along(seen.n2), v3 = along(seen.n3);
-            const F inside = V::lesser(V::lesser(v1, v2), v3);
-            uint32_t maybe = lanes & V::less(under, inside);
-            if (seen.edgeOn >> k & 1) { // of either sign, anywhere along the ray
-                const F outside = V::greater(V::greater(v1, v2), v3);
-                maybe |= lanes & V::less(outside, band);
-                confirm(maybe, leaf.triangle[k]);
-                continue;
-            }
-            if (maybe == 0)
-                continue;
-            const F beyond = V::sub(along(seen.normal), splat(seen.depth));
-            const F depthBand = splat(seen.depthBand);
-            maybe &= V::less(V::sub(V::splat(0.0f), depthBand), beyond);
-            if (maybe == 0)
-                continue;
             uint32_t certain = 0;
-            if ((leaf.triangle[k] & kCutTriangleTag) == 0)
-                certain = maybe & V::less(band, inside) & V::less(depthBand, beyond);
+            const uint32_t maybe =
+                blockedBy<V, N, kIsDirectional>(seen, leaf, k, rays_.way, lanes, certain);
             if (certain != 0)
                 lastLeaf_ = index;
             blocked_ |= certain;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/results_identity.h"
 
+#include "tools/settings/experiment.h"
+
 #include <algorithm>
 #include <filesystem>
 
@@ -80,6 +82,13 @@ ResultsIdentity identityOf(const Json& results) {
     for (const char* key : {"method", "model", "parameters", "settings", "size", "resolution"})
         if (results.contains(key)) // of validate, bench and studies before they were files
             identity.experiment[std::string("of ") + key] = results[key];
+    if (identity.kind == "compare" && identity.experiment.is_object()) {
+        // A setting that is newer than the result had its default; --believe had another one.
+        const Json defaults = toJson(Experiment());
+        for (const auto& [key, value] : defaults.items())
+            if (key != "believe" && !identity.experiment.contains(key))
+                identity.experiment[key] = value;
+    }
     addScenes(results, identity);
     identity.machine = identity.program = Json::object();
     const Json provenance = results.value("provenance", Json::object());

@@ -27,8 +27,7 @@ constexpr Readers kReaders[] = {
     {ReadBy::kVoxels, "rays through voxels", "dag or hybrid with --believe all", "RT or Hybrid"},
     {ReadBy::kVoxelsAlone, "rays alone through voxels", "dag with --believe all", "RT"},
     {ReadBy::kMaps, "methods that draw maps", "maps or hybrid", "a culling or Hybrid"},
-    {ReadBy::kKept, "methods that keep maps or beams", "maps or hybrid, or --beams 256M,",
-     "a culling or Hybrid"},
+    {ReadBy::kKept, "methods that keep maps or beams", "maps or hybrid", "a culling or Hybrid"},
     {ReadBy::kHybrid, "method hybrid", "hybrid", "Hybrid"},
 };
 
@@ -46,7 +45,9 @@ bool needsCosts(const RunParameters& run) {
 [[noreturn]] void refuseUnread(const RunParameters& run, const std::string& name, ReadBy readBy) {
     throw Error(ErrorKind::kUsage, name + " is for " + readersOf(readBy).name + ", not for '" +
                                        run.method + "'" +
-                                       (run.usesRays() && readBy == ReadBy::kVoxels
+                                       (run.usesRays() && readBy == ReadBy::kExactRays
+                                            ? " that believes voxels; add --believe none or drop it"
+                                        : run.usesRays() && readBy == ReadBy::kVoxels
                                             ? " that believes none; add --believe all or drop it"
                                             : "; drop it"));
 }

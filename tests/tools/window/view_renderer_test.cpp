@@ -556,9 +556,17 @@ TEST(ViewSave, EverySettingThatASideReadsIsSaved) {
             }
     request.options.routeMargin = 0; // of frames in sequence, which a view is not
     const Experiment e = experimentOf(request, Experiment(), "builtin:atrium", Dag(), 1.0f);
-    for (const Setting* setting : frameSettings())
+    for (const Setting* setting : frameSettings()) {
+        if (setting->readBy == ReadBy::kExactRays)
+            continue; // the rays believe some voxels
         EXPECT_EQ(setting->texts(e), std::vector<std::string>{setting->frameText(request.options)})
             << setting->key;
+    }
+    EXPECT_EQ(e.beamsMib, Experiment().beamsMib);
+    request.options.rays.believe = 0.0f;
+    EXPECT_EQ(experimentOf(request, Experiment(), "builtin:atrium", Dag(), 1.0f).beamsMib,
+              (std::vector<uint32_t>{512}));
+    request.options.rays.believe = 2.0f;
     request.sides[0] = {"maps", ""}; // compare refuses settings without a reader
     const Experiment maps = experimentOf(request, Experiment(), "builtin:atrium", Dag(), 1.0f);
     EXPECT_EQ(maps.offset, Experiment().offset);
