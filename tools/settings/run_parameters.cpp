@@ -26,7 +26,8 @@ std::string plainName(std::string text) {
 
 /// Calls `take` with the settings of frames that the run reads, those of rays first.
 template <class Take> void forReadSettings(const RunParameters& run, const Take& take) {
-    for (const ReadBy readBy : {ReadBy::kRays, ReadBy::kVoxels, ReadBy::kMaps, ReadBy::kHybrid})
+    for (const ReadBy readBy : {ReadBy::kRays, ReadBy::kExactRays, ReadBy::kVoxels, ReadBy::kKept,
+                                ReadBy::kMaps, ReadBy::kHybrid})
         for (const Setting* setting : frameSettings())
             if (setting->readBy == readBy && reads(run, readBy))
                 take(*setting);

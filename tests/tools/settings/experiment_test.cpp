@@ -463,7 +463,7 @@ TEST(Configurations, BeamsAreKeptByExactRaysThatStartColdOrWarm) {
     }
     EXPECT_THAT(labels, testing::UnorderedElementsAre(
                             "dag believe none", "dag believe none beams 256M",
-                            "dag warm believe none beams 256M", "dag 1024^3 believe all"));
+                            "dag believe none beams 256M warm", "dag 1024^3 believe all"));
     EXPECT_EQ(toJson(e)["beams_mib"], (Json{0, 256}));
     for (const Json& bad : {Json(-1), Json(16385), Json("much")})
         EXPECT_THROW(experimentFromJson({{"beams_mib", bad}}, "x"), Error);

@@ -24,7 +24,7 @@ LOOKS = {  # name: (colour, marker, size)
     "hybrid, 96 texels": (VERMILION, "X", 4.2), "hybrid, others": (BLUE, "^", 3.0), "hybrid, oracle": (GREEN, "*", 5.4),
     "others": (PURPLE, "v", 3.4), "the front": (GREY, "", 0)}
 
-WARM = "hollow: a warm frame, maps and beams kept"
+WARM, WARM_BEAMS = "hollow: a warm frame, maps kept", "hollow: a warm frame, maps and beams kept"
 
 TRACER_LOOKS = ((GREY, "<", 4.0), (PURPLE, ">", 4.0), (SKY, "H", 4.2), (GREEN, "P", 4.2), (ORANGE, "8", 4.0))  # of others, in turn
 
@@ -124,8 +124,9 @@ def draw(paths, directory, mixed=False):
             entries.setdefault(label, handle)
     names = [name for name in looks if name in entries]
     if any(is_warm(r) for _, _, runs in panels for r in runs):
-        names.append(WARM)
-        entries[WARM] = plt.Line2D([], [], linestyle="none", marker="o", markersize=4, markerfacecolor="white", markeredgecolor=GREY)
+        warm = WARM_BEAMS if any(keeps_beams(r) for _, _, runs in panels for r in runs) else WARM
+        names.append(warm)
+        entries[warm] = plt.Line2D([], [], linestyle="none", marker="o", markersize=4, markerfacecolor="white", markeredgecolor=GREY)
     figure.legend([entries[n] for n in names], names, loc="lower center",
                   bbox_to_anchor=(0.5, 1.0), ncol=min(5, len(names)), fontsize=6)
     charts = Charts(directory, bbox_inches="tight")  # the legend is above the panels
