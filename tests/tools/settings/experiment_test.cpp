@@ -388,7 +388,8 @@ TEST(Configurations, RaysThatBelieveNoVoxelAreOneRun) {
     const std::vector<RunParameters> runs = configurations(e, {1024, 512}, 1);
     EXPECT_THAT(labels(runs), ElementsAre("embree", "dag believe none"));
     EXPECT_EQ(runs[1].frame.rays.believe, 0.0f);
-    EXPECT_EQ(runs[1].toJson(), (Json{{"believe", "none"}, {"threshold_texels", "inf"}}));
+    EXPECT_EQ(runs[1].toJson(),
+              (Json{{"believe", "none"}, {"beam_bytes", 0}, {"threshold_texels", "inf"}}));
     EXPECT_TRUE(runs[1].usesRays() && runs[1].usesTriangles());
     EXPECT_FALSE(runs[1].usesMaps() || runs[1].usesVoxels());
 }
