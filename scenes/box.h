@@ -35,6 +35,12 @@ SDAG_HD inline bool overlaps(const Box& a, const Box& b) {
            a.min.z <= b.max.z && b.min.z <= a.max.z;
 }
 
+/// Returns whether all of `inner` lies in `outer`, sides included. False where a side is no number.
+SDAG_HD inline bool contains(const Box& outer, const Box& inner) {
+    return outer.min.x <= inner.min.x && outer.min.y <= inner.min.y && outer.min.z <= inner.min.z &&
+           inner.max.x <= outer.max.x && inner.max.y <= outer.max.y && inner.max.z <= outer.max.z;
+}
+
 /// Returns the squared distance from a point to the nearest point of the box; 0 inside.
 SDAG_HD inline float distanceSquared(const Box& b, const glm::vec3& p) {
     const glm::vec3 d = glm::max(glm::max(b.min - p, p - b.max), glm::vec3(0.0f));

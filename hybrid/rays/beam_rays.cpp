@@ -12,7 +12,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr float kHalfUlpFloat = 0x1p-24f;
+constexpr float kRounding = float(kHalfUlp);
 /// Least side of a cell that is not divided, in pixels; at most twice as much.
 constexpr double kCellPixels = 6.0;
 /// Times that a cell may be divided in two along each axis.
@@ -90,9 +90,9 @@ void BeamRays::setCluster(View<const glm::vec3> positionWorld, View<const glm::v
             cache_.prefetchCell(groups_[g].key);
         bool anySplit = false;
         for (size_t g = firstNew; g < groups_.size(); ++g) {
-            groups_[g].cell = cache_.peek(groups_[g].key);
-            if (depth < kMaxDepth && groups_.size() < kTableSize / 4 && groups_[g].cell &&
-                cache_.isSplit(*groups_[g].cell)) {
+            BeamCache::Cell* cell = cache_.peek(groups_[g].key);
+            if (depth < kMaxDepth && groups_.size() < kTableSize / 4 && cell &&
+                cache_.isSplit(*cell)) {
                 groups_[g].end = 0;
                 anySplit = true;
             }
@@ -135,7 +135,7 @@ void BeamRays::setStarts(View<const TruthStart> starts) {
         }
         plane_[3][i] = float(plane.offset);
         // A light that is this high above the plane in floats is more than 3 c above it.
-        clear_[i] = 4.0f * float(plane.clearance) + 8.0f * kHalfUlpFloat * std::fabs(plane_[3][i]);
+        clear_[i] = 4.0f * float(plane.clearance) + 8.0f * kRounding * std::fabs(plane_[3][i]);
         receivers_[i] = plane.triangle;
     }
     for (size_t i = starts.count; i < padded; ++i)
@@ -146,8 +146,6 @@ void BeamRays::setStarts(View<const TruthStart> starts) {
     const double raised =
         std::exp2(std::floor(std::log2(0.5 * clearanceOf(0.0, exact_.geometry.diagonal))));
     for (Group& group : groups_) {
-        const glm::vec3& from = starts[group.begin].startLocal;
-        group.box = {{from.x, from.y, from.z}, {from.x, from.y, from.z}};
         BeamPlanes receivers;
         BeamPlane last{};
         for (uint32_t i = group.begin; i < group.end; ++i) {
@@ -165,19 +163,6 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
                           View<uint8_t> isDark) {
     const glm::dvec3 lightLocal = glm::dvec3(light.positionWorld) - exact_.geometry.origin;
     const glm::vec3 at(lightLocal);
-    // Rays whose light has to be raised above the receiver's plane, or that have no length, are
-    // none of the beam's.
-    stream::ActiveWork work{};
-    for (int a = 0; a < 3; ++a)
-        work.light[a] = at[a];
-    for (int a = 0; a < 4; ++a)
-        work.plane[a] = plane_[a].data();
-    work.beyond = 8.0f * kHalfUlpFloat * (std::fabs(at.x) + std::fabs(at.y) + std::fabs(at.z));
-    work.clear = clear_.data();
-    work.isAsked = isAsked;
-    work.count = starts_.count;
-    work.active = active_.data();
-    work.open = open_.data();
     if (isFarLight(at, exact_.geometry.diagonal)) {
         for (size_t i = 0; i < starts_.count; ++i) {
             const uint64_t bit = uint64_t(isAsked[i]) << (i % 64);
@@ -185,6 +170,19 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
         }
         return countOpen();
     }
+    // Rays whose light has to be raised above the receiver's plane, or that have no length, are
+    // none of the beam's.
+    stream::ActiveWork work{};
+    for (int a = 0; a < 3; ++a)
+        work.light[a] = at[a];
+    for (int a = 0; a < 4; ++a)
+        work.plane[a] = plane_[a].data();
+    work.beyond = 8.0f * kRounding * (std::fabs(at.x) + std::fabs(at.y) + std::fabs(at.z));
+    work.clear = clear_.data();
+    work.isAsked = isAsked;
+    work.count = starts_.count;
+    work.active = active_.data();
+    work.open = open_.data();
     stream::findActive(isa_, work);
     std::memset(isDark.data, 0, isDark.count);
     uint64_t answered = 0;

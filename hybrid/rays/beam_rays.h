@@ -38,8 +38,8 @@ public:
 private:
     struct Group {
         uint64_t key;
-        float size; ///< of the cell
-        BeamBox box;
+        float size;          ///< of the cell
+        Box box;             ///< of its starts, local space
         uint32_t begin, end; ///< sorted samples
         BeamCache::Cell* cell;
     };

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 500 lines: cells, rows and lists share one memory, and what makes, finds, grows and
+// moves them relies on the same order of writes.
 #include "hybrid/rays/beams.h"
 
 #include "cuda/error.h"
 #include "hybrid/rays/beam_stream.h"
+#include "scenes/split_mix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +50,7 @@ struct BeamCache::Row {
 
 struct alignas(64) BeamCache::Cell {
     uint64_t key;
-    BeamBox box; ///< of starts that the beams hold for
+    Box box; ///< of starts that the beams hold for
     uint32_t planeCount;
     const BeamPlane* planes;          ///< of receivers that they hold for
     std::atomic<Row*> row{nullptr};   ///< null: no beams
@@ -56,8 +59,8 @@ struct alignas(64) BeamCache::Cell {
     std::atomic<bool> isSplit{false};
     std::atomic<bool> isBusy{false}; ///< a thread adds a beam
 
-    bool holdsFor(const BeamBox& starts, const BeamPlanes& receivers) const {
-        return box.contains(starts) &&
+    bool holdsFor(const Box& starts, const BeamPlanes& receivers) const {
+        return contains(box, starts) &&
                (planeCount > BeamPlanes::kMax ||
                 (!receivers.areMany() &&
                  std::all_of(receivers.planes, receivers.planes + receivers.count,
@@ -88,14 +91,6 @@ constexpr uint32_t kOpenLeaves = 24;
 /// A cell is divided after so many beams where they cost more leaves each.
 constexpr uint32_t kBeamsBeforeSplit = 4, kSplitLeaves = 3;
 
-uint64_t mixed(uint64_t x) {
-    for (int i = 0; i < 2; ++i) {
-        x ^= x >> 32;
-        x *= 0xd6e8feb86659fd93ull;
-    }
-    return x ^ x >> 32;
-}
-
 constexpr size_t kLeastRow = 8;
 
 /// Returns whether a row has no room for one more; an entry stays empty.
@@ -124,31 +119,17 @@ uint8_t* reserve(uint64_t bytes) {
 
 /// Returns the box rounded outwards, as the view moves and other starts will come. Axes along which
 /// the box is thin stay as they are: that of a floor leaves the floor's own triangles out.
-BeamBox rounded(const BeamBox& box, float step, float thin) {
-    BeamBox grown = box;
+Box rounded(const Box& box, float step, float thin) {
+    Box grown = box;
     for (int a = 0; a < 3; ++a)
-        if (box.high[a] - box.low[a] > thin) {
-            grown.low[a] = std::min(box.low[a], step * std::floor(box.low[a] / step));
-            grown.high[a] = std::max(box.high[a], step * std::ceil(box.high[a] / step));
+        if (box.max[a] - box.min[a] > thin) {
+            grown.min[a] = std::min(box.min[a], step * std::floor(box.min[a] / step));
+            grown.max[a] = std::max(box.max[a], step * std::ceil(box.max[a] / step));
         }
     return grown;
 }
 
 } // namespace
-
-bool BeamBox::contains(const BeamBox& other) const {
-    for (int a = 0; a < 3; ++a)
-        if (!(low[a] <= other.low[a] && other.high[a] <= high[a]))
-            return false;
-    return true;
-}
-
-void BeamBox::add(const glm::vec3& p) {
-    for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], p[a]);
-        high[a] = std::max(high[a], p[a]);
-    }
-}
 
 void BeamPlanes::add(const BeamPlane& plane) {
     if (areMany() || std::find(planes, planes + count, plane) != planes + count)
@@ -236,7 +217,7 @@ BeamCache::Row* BeamCache::makeRow(size_t capacity) {
     return row;
 }
 
-BeamCache::Cell* BeamCache::makeCell(const BeamBox& box, const BeamPlanes& receivers) {
+BeamCache::Cell* BeamCache::makeCell(const Box& box, const BeamPlanes& receivers) {
     const uint32_t planeCount = receivers.areMany() ? 0 : receivers.count;
     void* place = allocate(sizeof(Cell) + 64 - kAlign);
     void* planes = place ? allocate(planeCount * sizeof(BeamPlane)) : nullptr;
@@ -251,9 +232,13 @@ BeamCache::Cell* BeamCache::makeCell(const BeamBox& box, const BeamPlanes& recei
     return cell;
 }
 
+size_t BeamCache::slotOf(uint64_t key) const {
+    return size_t(splitMix64(key)) & (slots_.size() - 1);
+}
+
 BeamCache::Cell* BeamCache::peek(uint64_t key) const {
     const size_t mask = slots_.size() - 1;
-    for (size_t slot = size_t(mixed(key)) & mask;; slot = (slot + 1) & mask) {
+    for (size_t slot = slotOf(key);; slot = (slot + 1) & mask) {
         Cell* cell = slots_[slot].load(std::memory_order_acquire);
         if (!cell || cell->key == key)
             return cell;
@@ -272,20 +257,19 @@ void BeamCache::touch(Cell& cell) const {
         cell.frame.store(frame_, std::memory_order_relaxed);
 }
 
-BeamCache::Cell* BeamCache::cellOf(uint64_t key, const BeamBox& starts, const BeamPlanes& receivers,
+BeamCache::Cell* BeamCache::cellOf(uint64_t key, const Box& starts, const BeamPlanes& receivers,
                                    float size) {
     const size_t mask = slots_.size() - 1;
-    for (size_t slot = size_t(mixed(key)) & mask;; slot = (slot + 1) & mask) {
+    for (size_t slot = slotOf(key);; slot = (slot + 1) & mask) {
         Cell* cell = slots_[slot].load(std::memory_order_acquire);
         while (!cell || (cell->key == key && !cell->holdsFor(starts, receivers))) {
             if (mayMake_.load(std::memory_order_relaxed) <= 0 ||
                 (!cell && cellCount_.load(std::memory_order_relaxed) > slots_.size() / 8 * 7))
                 return nullptr;
-            BeamBox box = starts;
+            Box box = starts;
             BeamPlanes planes = receivers;
             if (cell) {
-                box.add({cell->box.low[0], cell->box.low[1], cell->box.low[2]});
-                box.add({cell->box.high[0], cell->box.high[1], cell->box.high[2]});
+                box.add(cell->box);
                 if (cell->planeCount > BeamPlanes::kMax)
                     planes.count = cell->planeCount;
                 else
@@ -316,12 +300,11 @@ BeamCache::Cell* BeamCache::cellOf(uint64_t key, const BeamBox& starts, const Be
 }
 
 void BeamCache::prefetchSlot(uint64_t key) const {
-    __builtin_prefetch(&slots_[size_t(mixed(key)) & (slots_.size() - 1)]);
+    __builtin_prefetch(&slots_[slotOf(key)]);
 }
 
 void BeamCache::prefetchCell(uint64_t key) const {
-    __builtin_prefetch(
-        slots_[size_t(mixed(key)) & (slots_.size() - 1)].load(std::memory_order_relaxed));
+    __builtin_prefetch(slots_[slotOf(key)].load(std::memory_order_relaxed));
 }
 
 void BeamCache::prefetch(const Cell& cell, uint32_t lightIndex) const {
@@ -359,8 +342,8 @@ Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLoca
     work.root = bvh_.root;
     for (int a = 0; a < 3; ++a) {
         work.origin[a] = lightLocal[a];
-        work.low[a] = cell.box.low[a];
-        work.high[a] = cell.box.high[a];
+        work.low[a] = cell.box.min[a];
+        work.high[a] = cell.box.max[a];
     }
     work.capacity = kMaxFound;
     work.leaf = leaf;
@@ -428,7 +411,7 @@ bool BeamCache::insert(Cell& cell, uint32_t lightIndex, BeamKind kind, uint32_t 
         if (!grown)
             return false;
         if (row)
-            copyEntries(*row, *grown, false, nullptr);
+            copyEntries(*row, *grown, nullptr);
         cell.row.store(grown, std::memory_order_release);
         row = grown;
     }
@@ -454,13 +437,13 @@ bool BeamCache::isCurrent(const Entry& entry) const {
            lightIds_[entry.lightIndex] == light;
 }
 
-void BeamCache::copyEntries(const Row& from, Row& to, bool withLists, const uint8_t* memory) {
+void BeamCache::copyEntries(const Row& from, Row& to, const uint8_t* memory) {
     for (uint32_t i = 0; i < from.capacity; ++i) {
         const Entry& entry = from.entries()[i];
         if (!isCurrent(entry))
             continue;
         uint32_t first = entry.first;
-        if (withLists && entry.count > 0) {
+        if (memory && entry.count > 0) {
             const size_t bytes = entry.count * (sizeof(uint32_t) + 1);
             uint8_t* list = static_cast<uint8_t*>(allocate(bytes));
             if (!list)
@@ -514,10 +497,10 @@ void BeamCache::compact() {
         copy->work = cell->work;
         copy->isSplit.store(isSplit, std::memory_order_relaxed);
         if (copiedRow) {
-            copyEntries(*row, *copiedRow, true, memory.get());
+            copyEntries(*row, *copiedRow, memory.get());
             copy->row.store(copiedRow, std::memory_order_relaxed);
         }
-        size_t at = size_t(mixed(copy->key)) & (slots_.size() - 1);
+        size_t at = slotOf(copy->key);
         while (slots_[at].load(std::memory_order_relaxed))
             at = (at + 1) & (slots_.size() - 1);
         slots_[at].store(copy, std::memory_order_relaxed);

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "hybrid/rays/triangle_bvh.h"
+#include "scenes/box.h"
 #include "scenes/light.h"
 #include "voxel/dag_stream.h"
 
@@ -18,14 +19,6 @@
 #include <vector>
 
 namespace shadowdag {
-
-/// A box of starts of rays, local space (TruthSpace).
-struct BeamBox {
-    float low[3], high[3];
-
-    bool contains(const BeamBox& other) const;
-    void add(const glm::vec3& p);
-};
 
 /// The plane of a receiver, towards its starts.
 struct BeamPlane {
@@ -87,7 +80,8 @@ public:
     /// origin or `maxBytes` is another (not its diagonal, which objects change that move); beams of
     /// lights that moved. Where memory is short, cells go that the last frame did not ask for;
     /// twice the memory may then be taken for a moment. Returns whether beams pay in this frame:
-    /// not in the first one, unless it is to make all. Throws std::bad_alloc.
+    /// not in the first one, unless it is to make all. Throws Error
+    /// kResource where there is no memory.
     /// @param bvh,geometry outlive what is asked until the next begin @param lights of the world
     /// @param maxBytes at least kLeastBytes
     /// @param mostMade how many beams the frame may make, those of many rays first; kMakeAll: all
@@ -99,9 +93,9 @@ public:
 
     /// Returns the cell of a key, whose beams hold for all of `starts` on `receivers`; null: there
     /// is none, and no room or the frame may make no more beams. Valid until the next begin.
-    /// @param key of a cell of surface @param size its side, above 0: boxes are rounded to parts of
-    /// it
-    Cell* cellOf(uint64_t key, const BeamBox& starts, const BeamPlanes& receivers, float size);
+    /// @param key of a cell of surface @param starts local space @param size its side, above 0:
+    /// boxes are rounded to parts of it
+    Cell* cellOf(uint64_t key, const Box& starts, const BeamPlanes& receivers, float size);
     /// Returns the cell of a key, whatever it holds for; null: there is none.
     Cell* peek(uint64_t key) const;
     /// Returns whether the beams of a cell list so much that cells of half its size should be asked
@@ -131,10 +125,12 @@ private:
     void touch(Cell& cell) const;
     bool isShort() const;
     void* allocate(size_t bytes);
-    Cell* makeCell(const BeamBox& box, const BeamPlanes& receivers);
+    Cell* makeCell(const Box& box, const BeamPlanes& receivers);
     Row* makeRow(size_t capacity);
     bool isCurrent(const Entry& entry) const;
-    void copyEntries(const Row& from, Row& to, bool withLists, const uint8_t* memory);
+    size_t slotOf(uint64_t key) const;
+    /// Copies what is current. @param memory of its lists, which are copied too; null: this one
+    void copyEntries(const Row& from, Row& to, const uint8_t* memory);
     uint32_t withoutThoseBelow(const Cell& cell, uint32_t* leaf, uint8_t* mask,
                                uint32_t count) const;
     Beam make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal);

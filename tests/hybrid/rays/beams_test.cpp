@@ -161,8 +161,7 @@ struct Umbra {
     BeamKind kindOf(BeamCache& cache, const glm::vec3& low, const glm::vec3& high,
                     uint64_t key) const {
         const glm::vec3 origin(stage.geometry.origin);
-        BeamBox box{{low.x - origin.x, low.y - origin.y, low.z - origin.z},
-                    {high.x - origin.x, high.y - origin.y, high.z - origin.z}};
+        const Box box{low - origin, high - origin};
         BeamPlanes none;
         none.count = BeamPlanes::kMax + 1;
         BeamCache::Cell* cell = cache.cellOf(key, box, none, 0.25f);
