@@ -62,7 +62,8 @@ TruthRay truthPairRay(vec3 point, vec3 normalWorld, uint triangle, vec3 lightWor
     double area = lengthOf(across);
     precise dvec3 p = sampleLocal;
     if (area > 0.0LF) {
-        normal = dotInOrder(across, normal) < 0.0LF ? across / -area : across / area;
+        precise dvec3 unit = across / area;
+        normal = dotInOrder(unit, normal) < 0.0LF ? -unit : unit;
         offset = dotInOrder(normal, edges.corner[0]);
         setInward(edges, across);
         p = moveInside(edges, c, sampleLocal);

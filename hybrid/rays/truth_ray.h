@@ -68,8 +68,7 @@ struct ReceiverPlane {
 struct TruthTriangle : ReceiverEdges {
     uint32_t triangle = kBackground;
     bool hasArea = false; ///< what follows and the edges are set
-    glm::dvec3 cross;     ///< of two edges
-    glm::dvec3 normal;    ///< unit, along `cross`
+    glm::dvec3 normal;    ///< unit, along the cross product of two edges
     double offset;        ///< normal . x over the plane
     double largest = 0;   ///< coordinate of a corner, world
 };
@@ -86,14 +85,14 @@ SDAG_HD TruthTriangle makeTruthTriangle(const Geometry& geometry, uint32_t trian
         for (int a = 0; a < 3; ++a)
             t.largest = greater(t.largest, fabs(t.corner[i][a] + geometry.origin[a]));
     }
-    t.cross = glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
-    const double area = glm::length(t.cross);
+    const glm::dvec3 cross = glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
+    const double area = glm::length(cross);
     t.hasArea = area > 0.0; // else no camera ray hits it; the G-buffer's plane will do
     if (!t.hasArea)
         return t;
-    t.normal = t.cross / area;
+    t.normal = cross / area;
     t.offset = glm::dot(t.normal, t.corner[0]);
-    setInward(t, t.cross);
+    setInward(t, cross);
     return t;
 }
 
@@ -141,9 +140,9 @@ SDAG_HD TruthStart makeTruthStart(const Geometry& geometry, const TruthTriangle&
     plane.normal = unitOf(glm::dvec3(normalWorld));
     plane.offset = glm::dot(plane.normal, sample);
     if (of.hasArea) {
-        const double side = glm::dot(of.cross, plane.normal) < 0.0 ? -1.0 : 1.0;
-        plane.normal = of.normal * side;
-        plane.offset = of.offset * side;
+        const bool isFlipped = glm::dot(of.normal, plane.normal) < 0.0;
+        plane.normal = isFlipped ? -of.normal : of.normal;
+        plane.offset = isFlipped ? -of.offset : of.offset;
     }
     start.startLocal =
         liftOffPlane(plane, of.hasArea ? moveInside(of, plane.clearance, sample) : sample);

@@ -82,7 +82,7 @@ class Errors(unittest.TestCase):
 
     def test_wrong_settings_are_refused_by_name(self):
         for settings, text in (
-                ({"metod": "dag"}, 'unknown key "metod"; the keys are allow_stale, believe, bias, camera'),
+                ({"metod": "dag"}, 'unknown key "metod"; the keys are allow_stale, beams_mib, believe, bias, camera'),
                 ({"method": "rays"}, "'rays': must be one of dag, maps, hybrid, embree"),
                 ({"method": "dag", "taps": 4}, '"taps" is for methods that draw maps, not for \'dag\'; drop it'),
                 ({"method": "maps", "believe": "all"}, '"believe" is for methods that trace rays'),
