@@ -56,7 +56,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         const StageTimer timer(backend, stages, "shading");
         if (options.reorderLights)
             shading.lists = state.clusters.orderedLists();
-        state.shading.beginBeams(options, shading);
+        state.shading.beginBeams(view, options, shading);
         state.shading.shade(shading);
     }
 

@@ -122,7 +122,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 shading.lists = one.lists.view();
                 {
                     const StageTimer timer(state.context.backend, times, "shading");
-                    state.shading.beginBeams(shadingOptions, shading);
+                    state.shading.beginBeams(view, shadingOptions, shading);
                     state.shading.shade(shading);
                 }
                 times.settle();

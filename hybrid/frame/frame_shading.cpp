@@ -69,8 +69,8 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
     }
 }
 
-/// A frame makes one beam for so many samples at most, which takes up to a tenth of its time.
-constexpr size_t kSamplesPerBeam = 32;
+/// A frame makes one beam for so many samples at most, which takes up to a sixth of its time.
+constexpr size_t kSamplesPerBeam = 16;
 
 } // namespace
 
@@ -130,18 +130,31 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
                     filter.taps)};
 }
 
-void FrameShading::beginBeams(const FrameOptions& options, ShadeSamples& shading) {
+void FrameShading::beginBeams(const ViewRays& view, const FrameOptions& options,
+                              ShadeSamples& shading) {
     RayInputs& rays = shading.visibility.rays;
     rays.beams = nullptr;
+    haveBeams_ = false;
     if (!rays.options.keepsBeams() || context_.backend != Backend::kCpu)
-        beams_.forget();
-    else if (shading.needs.rays &&
-             beams_.begin(rays.exact.bvh, rays.exact.geometry, context_.scene.lights(),
-                          rays.options.beamBytes,
-                          options.makeAllBeams ? BeamCache::kMakeAll
-                                               : shading.gbuffer.count() / kSamplesPerBeam))
-        rays.beams = &beams_;
-    haveBeams_ = rays.beams != nullptr;
+        return forget();
+    const bool isStill = lastView_ && *lastView_ == view;
+    lastView_ = view;
+    const BeamCounts last = beams_.counts();
+    const bool areMostKnown = 2 * last.pairCount > last.askedCount;
+    if (!shading.needs.rays || !(options.makeAllBeams || isStill || areMostKnown))
+        return;
+    beams_.begin(rays.exact.bvh, rays.exact.geometry, context_.scene.lights(),
+                 rays.options.beamBytes,
+                 options.makeAllBeams ? BeamCache::kMakeAll
+                 : isStill            ? shading.gbuffer.count() / kSamplesPerBeam
+                                      : 0);
+    rays.beams = &beams_;
+    haveBeams_ = true;
+}
+
+void FrameShading::forget() {
+    beams_.forget();
+    lastView_.reset();
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {

@@ -7,6 +7,8 @@
 #include "hybrid/frame/drawn_maps.h"
 #include "hybrid/rays/beams.h"
 
+#include <optional>
+
 namespace shadowdag {
 
 /// Returns what the pairs of a frame may need.
@@ -34,8 +36,10 @@ public:
     ShadeSamples prepare(const VisibleSurface& surface, const FrameClusters& clusters,
                          const DrawnMaps& maps, const FrameOptions& options);
 
-    /// Starts the beams of a frame, if its rays keep some; part of its shading.
-    void beginBeams(const FrameOptions& options, ShadeSamples& shading);
+    /// Starts the beams of a frame, if its rays keep some; part of its shading. They are made while
+    /// the view stands still: making one takes as long as some 40 rays. They are asked then, and
+    /// while the view moves as long as they answer most rays.
+    void beginBeams(const ViewRays& view, const FrameOptions& options, ShadeSamples& shading);
 
     /// Shades every sample by all its lights.
     void shade(const ShadeSamples& shading);
@@ -51,7 +55,7 @@ public:
                      FrameResult& result);
 
     /// Forgets the beams of earlier frames.
-    void forget() { beams_.forget(); }
+    void forget();
     uint64_t beamBytes() const { return beams_.bytes(); }
 
     /// Fills in the counts of the shading pass.
@@ -77,6 +81,7 @@ private:
     Buffer<PairServer> pairServer_;
     BeamCache beams_;        ///< of exact rays, from frame to frame
     bool haveBeams_ = false; ///< the frame asks them
+    std::optional<ViewRays> lastView_;
 };
 
 } // namespace shadowdag

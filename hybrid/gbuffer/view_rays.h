@@ -24,6 +24,7 @@ struct ViewRays {
     SDAG_HD glm::dvec3 direction(uint32_t x, uint32_t y) const {
         return first + double(x) * stepX + double(y) * stepY;
     }
+    bool operator==(const ViewRays&) const = default;
 };
 
 /// Returns the rays of a camera for an image of width x height pixels. Throws Error kUsage for an

@@ -185,7 +185,7 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
     work.open = open_.data();
     stream::findActive(isa_, work);
     std::memset(isDark.data, 0, isDark.count);
-    uint64_t answered = 0;
+    BeamTally tally;
     for (size_t g = 0; g < groups_.size(); ++g) {
         const Group& group = groups_[g];
         if (g + 1 < groups_.size() && groups_[g + 1].cell)
@@ -196,8 +196,7 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
         });
         if (count == 0)
             continue;
-        const Beam beam = group.cell ? cache_.find(*group.cell, lightIndex, at, count) : Beam{};
-        answered += beam.kind == BeamKind::kOpen ? 0 : count;
+        const Beam beam = cache_.find(group.cell, lightIndex, at, count, tally);
         if (beam.kind == BeamKind::kListed)
             traceListed(group, beam, lightLocal, isDark);
         else if (beam.kind == BeamKind::kDark)
@@ -206,8 +205,10 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
             forWords(group,
                      [&](size_t word, uint64_t mask) { open_[word] |= active_[word] & mask; });
     }
-    cache_.addPairs(answered);
-    return countOpen();
+    const uint32_t openCount = countOpen();
+    tally.askedCount = tally.pairCount + openCount;
+    cache_.add(tally);
+    return openCount;
 }
 
 uint32_t BeamRays::countOpen() const {

@@ -83,8 +83,6 @@ constexpr uint32_t kMaxFound = 48;
 constexpr size_t kAlign = 16;
 /// A cell with a row for a few lights takes more.
 constexpr uint64_t kBytesPerSlot = 256;
-/// Beams that serve fewer rays wait while there are others to make.
-constexpr uint32_t kManyRays = 8;
 constexpr uint32_t kFramesBetweenCompactions = 32;
 /// What the rays of an open beam cost, in leaves of a list.
 constexpr uint32_t kOpenLeaves = 24;
@@ -151,12 +149,14 @@ void BeamCache::forget() {
     cellCount_ = 0;
     lights_.clear();
     lightIds_.clear();
-    mayMake_ = 0;
-    madeCount_ = pairCount_ = 0;
+    mayMakeMany_ = mayMakeOthers_ = 0;
+    madeCount_ = askedCount_ = pairCount_ = 0;
+    for (std::atomic<uint64_t>& missing : missing_)
+        missing = 0;
     nextCompaction_ = 0;
 }
 
-bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
+void BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
                       View<const Light> lights, uint64_t maxBytes, uint64_t mostMade) {
     if (bvh.nodes.data != bvh_.nodes.data || bvh.leaves.data != bvh_.leaves.data ||
         bvh.root != bvh_.root || geometry.origin != geometry_.origin || maxBytes != maxBytes_)
@@ -186,11 +186,32 @@ bool BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
             nextCompaction_ = frame_ + kFramesBetweenCompactions;
     }
     ++frame_;
-    leastRays_ = mayMake_ > 0 || mostMade == kMakeAll ? 1 : kManyRays;
-    const bool isUsed = !isFirst || mostMade == kMakeAll;
-    mayMake_ = isUsed ? int64_t(std::min<uint64_t>(mostMade, uint64_t(INT64_MAX) / 2)) : 0;
-    madeCount_ = pairCount_ = 0;
-    return isUsed;
+    if (isFirst) // all are missing, and nobody counted them
+        missing_[BeamTally::kClasses - 1] = uint64_t(INT64_MAX);
+    shareOut(std::min<uint64_t>(mostMade, uint64_t(INT64_MAX)));
+    madeCount_ = askedCount_ = pairCount_ = 0;
+    for (std::atomic<uint64_t>& missing : missing_)
+        missing = 0;
+}
+
+void BeamCache::shareOut(uint64_t mostMade) {
+    // Those of most rays, as far as the last frame tells that there is room for all of them; what
+    // is left over goes to those of fewer.
+    uint64_t wanted = missing_[BeamTally::kClasses - 1];
+    manyRays_ = BeamTally::kClasses;
+    while (manyRays_ > 1 && wanted + missing_[manyRays_ - 2] <= mostMade)
+        wanted += missing_[--manyRays_ - 1];
+    const uint64_t others = manyRays_ == 1 || wanted >= mostMade ? 0 : mostMade - wanted;
+    mayMakeMany_ = int64_t(mostMade - others);
+    mayMakeOthers_ = int64_t(others);
+}
+
+void BeamCache::add(const BeamTally& tally) {
+    askedCount_.fetch_add(tally.askedCount, std::memory_order_relaxed);
+    pairCount_.fetch_add(tally.pairCount, std::memory_order_relaxed);
+    for (uint32_t i = 0; i < BeamTally::kClasses; ++i)
+        if (tally.missing[i] > 0)
+            missing_[i].fetch_add(tally.missing[i], std::memory_order_relaxed);
 }
 
 bool BeamCache::isShort() const {
@@ -263,7 +284,8 @@ BeamCache::Cell* BeamCache::cellOf(uint64_t key, const Box& starts, const BeamPl
     for (size_t slot = slotOf(key);; slot = (slot + 1) & mask) {
         Cell* cell = slots_[slot].load(std::memory_order_acquire);
         while (!cell || (cell->key == key && !cell->holdsFor(starts, receivers))) {
-            if (mayMake_.load(std::memory_order_relaxed) <= 0 ||
+            if ((mayMakeMany_.load(std::memory_order_relaxed) <= 0 &&
+                 mayMakeOthers_.load(std::memory_order_relaxed) <= 0) ||
                 (!cell && cellCount_.load(std::memory_order_relaxed) > slots_.size() / 8 * 7))
                 return nullptr;
             Box box = starts;
@@ -318,19 +340,29 @@ Beam BeamCache::beamOf(BeamKind kind, uint32_t count, uint32_t first) const {
     return {kind, count, leaf, reinterpret_cast<const uint8_t*>(leaf + count)};
 }
 
-Beam BeamCache::find(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal,
-                     uint32_t rayCount) {
-    if (Row* row = cell.row.load(std::memory_order_acquire)) {
+Beam BeamCache::find(Cell* cell, uint32_t lightIndex, const glm::vec3& lightLocal,
+                     uint32_t rayCount, BeamTally& tally) {
+    Beam beam;
+    if (Row* row = cell ? cell->row.load(std::memory_order_acquire) : nullptr) {
         const uint32_t light = lightIds_[lightIndex];
         const Entry& entry = row->at(light);
         // An empty entry may have become another light's since.
-        if (entry.light.load(std::memory_order_acquire) == light)
-            return beamOf(entry.kind, entry.count, entry.first);
+        if (entry.light.load(std::memory_order_acquire) == light) {
+            beam = beamOf(entry.kind, entry.count, entry.first);
+            tally.pairCount += beam.kind == BeamKind::kOpen ? 0 : rayCount;
+            return beam;
+        }
     }
-    if (!isStill_[lightIndex] || rayCount < leastRays_ ||
-        mayMake_.fetch_sub(1, std::memory_order_relaxed) <= 0)
-        return {};
-    return make(cell, lightIndex, lightLocal);
+    if (!isStill_[lightIndex])
+        return beam;
+    std::atomic<int64_t>& mayMake = rayCount >= manyRays_ ? mayMakeMany_ : mayMakeOthers_;
+    if (cell && mayMake.load(std::memory_order_relaxed) > 0 &&
+        mayMake.fetch_sub(1, std::memory_order_relaxed) > 0)
+        beam = make(*cell, lightIndex, lightLocal);
+    else
+        ++tally.missing[std::min(rayCount, BeamTally::kClasses) - 1];
+    tally.pairCount += beam.kind == BeamKind::kOpen ? 0 : rayCount;
+    return beam;
 }
 
 Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal) {

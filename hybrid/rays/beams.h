@@ -54,10 +54,21 @@ struct Beam {
     const uint8_t* mask = nullptr;  ///< by leaf, a bit for each triangle that may block
 };
 
+/// What was asked of a cache, counted by each thread for itself.
+struct BeamTally {
+    static constexpr uint32_t kClasses = 8;
+
+    uint64_t askedCount = 0; ///< rays
+    uint64_t pairCount = 0;  ///< rays that beams answered
+    /// Beams that there are none of, by the rays that they would serve: 1, 2, ... kClasses or more.
+    uint32_t missing[kClasses] = {};
+};
+
 /// What a cache did in a frame.
 struct BeamCounts {
-    uint64_t madeCount = 0; ///< beams
-    uint64_t pairCount = 0; ///< rays that beams answered
+    uint64_t madeCount = 0;  ///< beams
+    uint64_t askedCount = 0; ///< rays
+    uint64_t pairCount = 0;  ///< rays that beams answered
 };
 
 /// Keeps beams, in memory up to a limit. Between begin and the next one threads may ask at once;
@@ -79,14 +90,13 @@ public:
     /// Starts a frame, and forgets what does not hold any more: all where the hierarchy, its
     /// origin or `maxBytes` is another (not its diagonal, which objects change that move); beams of
     /// lights that moved. Where memory is short, cells go that the last frame did not ask for;
-    /// twice the memory may then be taken for a moment. Returns whether beams pay in this frame:
-    /// not in the first one, unless it is to make all. Throws Error
-    /// kResource where there is no memory.
+    /// twice the memory may then be taken for a moment. Throws Error kResource where there is no
+    /// memory.
     /// @param bvh,geometry outlive what is asked until the next begin @param lights of the world
     /// @param maxBytes at least kLeastBytes
-    /// @param mostMade how many beams the frame may make, those of many rays first; kMakeAll: all
-    /// that are asked for
-    bool begin(const TriangleBvhView& bvh, const TruthGeometry& geometry, View<const Light> lights,
+    /// @param mostMade how many beams the frame may make, those of many rays first, as far as the
+    /// last frame tells; kMakeAll: all that are asked for
+    void begin(const TriangleBvhView& bvh, const TruthGeometry& geometry, View<const Light> lights,
                uint64_t maxBytes, uint64_t mostMade);
     /// Forgets all beams and frees their memory.
     void forget();
@@ -106,15 +116,17 @@ public:
     void prefetchCell(uint64_t key) const;
     /// Returns the beam of a cell and a light; makes it if there is none and the frame may. Open
     /// where the light moved since the last frame, or where there is no room.
-    /// @param lightIndex of begin's lights @param rayCount that it will answer
-    Beam find(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLocal, uint32_t rayCount);
+    /// @param cell null: its beam is open @param lightIndex of begin's lights
+    /// @param rayCount that it will answer, at least 1
+    Beam find(Cell* cell, uint32_t lightIndex, const glm::vec3& lightLocal, uint32_t rayCount,
+              BeamTally& tally);
     /// Brings what find will read nearer.
     void prefetch(const Cell& cell, uint32_t lightIndex) const;
 
-    /// Adds to counts().pairCount. Called by threads at once.
-    void addPairs(uint64_t count) { pairCount_.fetch_add(count, std::memory_order_relaxed); }
+    /// Adds what a thread counted. Called by threads at once.
+    void add(const BeamTally& tally);
     /// Returns what was done since the last begin.
-    BeamCounts counts() const { return {madeCount_, pairCount_}; }
+    BeamCounts counts() const { return {madeCount_, askedCount_, pairCount_}; }
     /// Returns the memory that beams take.
     uint64_t bytes() const { return used_; }
 
@@ -124,6 +136,7 @@ private:
 
     void touch(Cell& cell) const;
     bool isShort() const;
+    void shareOut(uint64_t mostMade);
     void* allocate(size_t bytes);
     Cell* makeCell(const Box& box, const BeamPlanes& receivers);
     Row* makeRow(size_t capacity);
@@ -148,9 +161,10 @@ private:
     uint32_t nextLightId_ = 1;
     uint32_t frame_ = 0, nextCompaction_ = 0;
 
-    std::atomic<int64_t> mayMake_{0};
-    uint32_t leastRays_ = 1; ///< that a beam must serve to be made in this frame
-    std::atomic<uint64_t> madeCount_{0}, pairCount_{0};
+    uint32_t manyRays_ = 1; ///< that a beam must serve to come first in this frame
+    std::atomic<int64_t> mayMakeMany_{0}, mayMakeOthers_{0}; ///< beams
+    std::atomic<uint64_t> madeCount_{0}, askedCount_{0}, pairCount_{0};
+    std::atomic<uint64_t> missing_[BeamTally::kClasses]; ///< as in BeamTally
 
     uint64_t maxBytes_ = 0;
     std::unique_ptr<uint8_t, void (*)(void*)> memory_; ///< cells, rows and lists, one after another
