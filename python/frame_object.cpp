@@ -145,7 +145,8 @@ py::dict judgeFrame(const Object& self, const py::object& progress) {
     Call call("explain errors", progress);
     std::string warning;
     runAlone(*self->scene, call, [&] {
-        warning = fewPairsWarning(self->scene->scene().name, self->result().pairs.count());
+        warning = fewPairsWarning(self->scene->scene().name, self->result().pairs.count(),
+                                  self->scene->lightCount >= 0);
         truthOf(*self);
         if (!self->report) {
             requireCurrent(*self);

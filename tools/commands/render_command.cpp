@@ -256,7 +256,8 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             entry["host_readback_count"] = copies.readbackCount;
         }
         entry["pair_count"] = result.pairs.count();
-        const std::string fewPairs = darkPictureWarning(file, result.pairs.count());
+        const std::string fewPairs =
+            darkPictureWarning(file, result.pairs.count(), experiment.lightCount >= 0);
         if (!fewPairs.empty())
             entry["warning"] = fewPairs;
         list.push_back(std::move(entry));

@@ -160,7 +160,8 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         const FrameResult& result =
             frames.render(options.common.timeSeconds(experiment), experiment.frames.front()).frame;
         checkInterrupted();
-        const std::string fewPairs = fewPairsWarning(frames.sceneName(), result.pairs.count());
+        const std::string fewPairs =
+            fewPairsWarning(frames.sceneName(), result.pairs.count(), experiment.lightCount >= 0);
         const ErrorReport report = frames.judge();
         checkInterrupted();
         if (!directories.empty())

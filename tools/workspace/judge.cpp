@@ -58,12 +58,24 @@ uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer) 
                                  : 0;
 }
 
-std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
+namespace {
+
+/// Returns what to do about a view that no light reaches.
+std::string remedyOfDarkView(bool arePlacedLights) {
+    return arePlacedLights ? "; give another --camera"
+                           : "; give another --camera, as in --camera auto, or place more lights "
+                             "with --lights";
+}
+
+} // namespace
+
+std::string fewPairsWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights) {
     if (pairCount == 0)
         throw Error(ErrorKind::kInput,
-                    view + ": no light reaches what the camera sees, so there is nothing to "
-                           "compare; give another --camera, as in --camera auto, or place more "
-                           "lights with --lights");
+                    view +
+                        ": no light reaches what the camera sees, so there is nothing to "
+                        "compare" +
+                        remedyOfDarkView(arePlacedLights));
     if (pairCount >= kFewPairCount)
         return "";
     return view + ": has only " + std::to_string(pairCount) +
@@ -72,11 +84,12 @@ std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
            " are not reliable: use a larger --size, another --camera or several --views";
 }
 
-std::string darkPictureWarning(const std::string& view, uint64_t pairCount) {
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights) {
     return pairCount > 0 ? fewPairsWarning(view, pairCount)
-                         : view + ": no light reaches what the camera sees, so the picture is "
-                                  "black; give another --camera, as in --camera auto, or place "
-                                  "more lights with --lights";
+                         : view +
+                               ": no light reaches what the camera sees, so the picture is "
+                               "black" +
+                               remedyOfDarkView(arePlacedLights);
 }
 
 std::vector<std::string> fewPairsWarnings(const Json& results) {

@@ -44,9 +44,11 @@ inline constexpr uint64_t kFewPairCount = 1000;
 
 /// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws Error kInput
 /// if it has none, because nothing can be compared. @param view the scene's name, its view or frame
-std::string fewPairsWarning(const std::string& view, uint64_t pairCount);
+/// @param arePlacedLights the remedy is then another camera alone
+std::string fewPairsWarning(const std::string& view, uint64_t pairCount,
+                            bool arePlacedLights = false);
 /// Returns the same for a picture, which nothing is compared with: no pair is a warning, too.
-std::string darkPictureWarning(const std::string& view, uint64_t pairCount);
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights);
 /// Returns the same for every object of results that has a "pair_count", once a view; those without
 /// pairs are named, too. @param results objects name their view by "scene" or "group"
 std::vector<std::string> fewPairsWarnings(const Json& results);

@@ -860,6 +860,19 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
     EXPECT_EQ(black.status, 0) << black.err;
     EXPECT_THAT(black.err, HasSubstr("b.png: no light reaches what the camera sees, so the"));
     EXPECT_THAT(black.json()["frames"][0]["warning"].get<std::string>(), HasSubstr("is black"));
+    EXPECT_THAT(black.err, HasSubstr("or place more lights with --lights"));
+    // Where lights were placed, the remedy is not the option that was given.
+    const Arguments into{"--camera", "0,100,0,0,200,0.01", "--lights", "32"}; // the sky
+    const std::string remedy = "; give another --camera\n";
+    expectRefused(directory, {{Arguments{"validate", dark} + into + tiny, 2,
+                               "so there is nothing to compare" + remedy},
+                              {Arguments{"compare", dark, "-o", directory / "report", "--no-charts",
+                                         "--methods", "embree,dag"} +
+                                   into + tiny,
+                               2, "so there is nothing to compare" + remedy}});
+    const ProgramResult sky = runShadowdag(
+        directory, Arguments{"render", dark, "-o", directory / "b.png", "--json"} + into + tiny);
+    EXPECT_THAT(sky.err, HasSubstr("so the picture is black" + remedy));
     const Arguments fit = {"fit",         "-o",       directory / "f.json",
                            "--no-charts", "--max",    "1",
                            "--methods",   "dag",      "--minimise",

@@ -15,6 +15,7 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::UnorderedElementsAre;
 
 constexpr uint32_t kLog2 = 5;
@@ -107,9 +108,11 @@ TEST(FewPairs, AreNamedOnceAView) {
     EXPECT_EQ(fewPairsWarning("room", kFewPairCount), "");
     EXPECT_THAT(fewPairsWarning("room", kFewPairCount - 1), HasSubstr("room: has only 999 pairs"));
     EXPECT_THROW(fewPairsWarning("room", 0), Error);
-    EXPECT_THAT(darkPictureWarning("a.png", 0), HasSubstr("a.png: no light reaches"));
-    EXPECT_THAT(darkPictureWarning("a.png", 7), HasSubstr("a.png: has only 7 pairs"));
-    EXPECT_EQ(darkPictureWarning("a.png", kFewPairCount), "");
+    EXPECT_THAT(darkPictureWarning("a.png", 0, false), HasSubstr("a.png: no light reaches"));
+    EXPECT_THAT(darkPictureWarning("a.png", 0, false), HasSubstr("--lights"));
+    EXPECT_THAT(darkPictureWarning("a.png", 0, true), Not(HasSubstr("--lights")));
+    EXPECT_THAT(darkPictureWarning("a.png", 7, false), HasSubstr("a.png: has only 7 pairs"));
+    EXPECT_EQ(darkPictureWarning("a.png", kFewPairCount, false), "");
     const Json results = Json::parse(R"({
         "cells": [{"scene": "a", "pair_count": 7}, {"scene": "a", "pair_count": 7},
                   {"scene": "b", "pair_count": 1000}],
