@@ -101,6 +101,22 @@ TEST_F(OtherScenes, AKindIsKnownByItsContent) {
     EXPECT_FALSE(isSceneName("b.svdag") || isSceneName("b.txt") || isSceneName("b.mtl"));
 }
 
+TEST_F(OtherScenes, AFolderHasTheScenesOfEveryKindThatIsRead) {
+    EXPECT_TRUE(scenesIn(folder.path("")).empty());
+    for (const char* name : {"b.obj", "c.PLY", "a.fbx", "d.glb", "e.gltf", "f.dae", "g.stl"})
+        folder.write(name, "");
+    // What lies beside scenes, and a kind that is known but not read.
+    for (const char* name : {"b.mtl", "e.bin", "a.png", "f.json", "f.html", "f.svg", "x.svdag",
+                             "readme.txt", "x.usda", "x.zip", "glb"})
+        folder.write(name, "");
+    std::filesystem::create_directory(folder.path("h.glb"));
+    std::vector<std::string> expected;
+    for (const char* name : {"a.fbx", "b.obj", "c.PLY", "d.glb", "e.gltf", "f.dae", "g.stl"})
+        expected.push_back(folder.path(name));
+    EXPECT_EQ(scenesIn(folder.path("")), expected);
+    EXPECT_THROW(scenesIn(folder.path("absent")), Error);
+}
+
 TEST_F(OtherScenes, PolygonsAreDividedIntoTriangles) {
     const Scene square = read("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     EXPECT_EQ(cornersOf(square).size(), 6u);
@@ -479,6 +495,7 @@ TEST(SceneFile, WithoutAssimpTheRefusalSaysSoAndHowToConvert) {
             EXPECT_THAT(error.what(), HasSubstr("because it is without Assimp; convert it"));
         }
         EXPECT_TRUE(isSceneName("cube" + file.extension));
+        EXPECT_FALSE(isReadSceneName("cube" + file.extension));
     }
 }
 

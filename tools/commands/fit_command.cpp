@@ -12,6 +12,7 @@
 #include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
+#include "scenes/scene_file.h"
 
 #include <algorithm>
 #include <chrono>
@@ -71,7 +72,7 @@ struct FitOptions {
     }
 };
 
-/// Returns the scenes of SCENE...: for a folder, the .glb and .gltf files in it by name.
+/// Returns the scenes of SCENE...: for a folder those in it (scenesIn).
 std::vector<std::string> expandFolders(const std::vector<std::string>& arguments) {
     std::vector<std::string> scenes;
     for (const std::string& argument : arguments) {
@@ -79,15 +80,12 @@ std::vector<std::string> expandFolders(const std::vector<std::string>& arguments
             scenes.push_back(argument);
             continue;
         }
-        std::vector<std::string> found;
-        for (const fs::directory_entry& entry : fs::directory_iterator(argument))
-            if (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf")
-                found.push_back(entry.path().string());
+        const std::vector<std::string> found = scenesIn(argument);
         if (found.empty())
             throw Error(ErrorKind::kInput,
-                        argument + ": contains no .glb or .gltf file; give a folder of scenes, a "
-                                   "scene's file or builtin:NAME");
-        std::sort(found.begin(), found.end());
+                        argument + ": contains no file of a scene, such as .glb or .gltf" +
+                            (readsOtherScenes() ? ", .obj, .ply or .fbx" : "") +
+                            "; give a folder of scenes, a scene's file or builtin:NAME");
         scenes.insert(scenes.end(), found.begin(), found.end());
     }
     return scenes;
@@ -333,7 +331,9 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareFit(CommandLine& commandLine) {
     auto options = std::make_shared<FitOptions>();
     commandLine.texts("SCENE", options->scenes, "",
-                      "Scenes to fit the model to, or a folder of .glb and .gltf files", true);
+                      "Scenes to fit the model to, or a folder: all scenes in it, of every kind "
+                      "that is read",
+                      true);
     commandLine.text("-o,--output", options->output, "F.json",
                      "The result: every model with its measurements and its status; the "
                      "page is written beside it as F.html, the chart as F.svg and F.png",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag fit` from end to end at smoke size: choice, neighbours, replay, refusals.
+#include "scenes/scene_file.h"
 #include "tests/tools/program/program_refusals.h"
 
 #include <filesystem>
@@ -247,6 +248,29 @@ TEST(Fit, FoldersAreTheScenesInThem) {
     EXPECT_EQ(scenes[1].at("scene"), "contact.glb");
 }
 
+TEST(Fit, FoldersHoldScenesOfEveryKindThatIsRead) {
+    if (!readsOtherScenes())
+        GTEST_SKIP() << "built without Assimp";
+    const TemporaryDirectory directory;
+    const std::string folder = directory / "scenes";
+    std::filesystem::create_directories(folder);
+    // Two floors and a board between them, so that lights and shadows are there.
+    const std::string stage = "v 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 0 4\nv 1 1 1\nv 3 1 1\n"
+                              "v 3 1 3\nv 1 1 3\nf 4 3 2 1\nf 8 7 6 5\n";
+    writeText(folder + "/b.obj", stage);
+    writeText(folder + "/a.OBJ", stage);
+    writeText(folder + "/b.mtl", "newmtl a\n");
+    const std::string result = directory / "f.json";
+    const ProgramResult fit = runShadowdag(
+        directory, {"fit", folder, "-o", result, "--lights", "4", "--size", "32x18", "--methods",
+                    "dag", "--max", "1", "--minimise", "bytes", "--no-charts", "--json"});
+    ASSERT_EQ(fit.status, 0) << fit.err;
+    const Json scenes = Json::parse(readText(result)).at("scenes");
+    ASSERT_EQ(scenes.size(), 2u);
+    EXPECT_EQ(scenes[0].at("scene"), "a.OBJ");
+    EXPECT_EQ(scenes[1].at("scene"), "b.obj");
+}
+
 TEST(Fit, ErrorsAreReportedWithTheirStatus) {
     const TemporaryDirectory directory;
     const std::string f = directory / "f.json", scene = "builtin:fail-contact";
@@ -270,7 +294,7 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
          {{"fit", scene, "-o", f, "--methods", "hybrid", "--thresholds", "0,inf"},
           1,
           "select no model"},
-         {{"fit", directory / "empty", "-o", f}, 2, "contains no .glb or .gltf file"},
+         {{"fit", directory / "empty", "-o", f}, 2, "contains no file of a scene, such as .glb"},
          {{"fit", "no.glb", "-o", f}, 2, "no.glb"},
          {{"fit", scene, "-o", directory / "no/f.json"}, 3, "create it first"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "./f.json"}, 1, "are one file"},
