@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/timing.h"
 
+#include "cuda/backend.h"
 #include "cuda/macros.h"
 #include "cuda/quantile_interval.h"
 #include "cuda/statistics.h"
@@ -94,6 +95,11 @@ double busyCpuS() {
 
 } // namespace
 
+double shareOfOthers(double otherS, double wallS, int coreCount, int threads) {
+    const int used = std::min(threads, coreCount);
+    return std::clamp((otherS / wallS - (coreCount - used)) / used, 0.0, 1.0);
+}
+
 CpuUse::CpuUse() : start_(std::chrono::steady_clock::now()), ownS_(ownCpuS()), busyS_(busyCpuS()) {}
 
 double CpuUse::otherShare() const {
@@ -102,7 +108,7 @@ double CpuUse::otherShare() const {
     if (wallS < 0.5 || CPU_COUNT(&cores) == 0) // a tick is a hundredth of a second
         return 0;
     const double otherS = (busyCpuS() - busyS_) - (ownCpuS() - ownS_);
-    return std::clamp(otherS / (wallS * CPU_COUNT(&cores)), 0.0, 1.0);
+    return shareOfOthers(otherS, wallS, CPU_COUNT(&cores), threadCount());
 }
 
 std::string busyRemark(double otherShare) {

@@ -32,13 +32,19 @@ struct Timing {
 /// so the interval is narrower than that of the times. Both were run in turn, as often.
 Json ratioJson(const std::string& key, const Timing& timing, const Timing& base);
 
+/// Returns the share, 0 to 1, of the time of this run's cores that others took from it: what other
+/// processes, or other guests of the machine, used beyond the cores that this run leaves idle.
+/// @param otherS seconds that they used of the cores that this process may use
+/// @param wallS seconds, not 0 @param coreCount cores that this process may use, at least 1
+/// @param threads of this run, at least 1; it uses as many of these cores
+double shareOfOthers(double otherS, double wallS, int coreCount, int threads);
+
 /// The use of the processor from its construction on.
 class CpuUse {
 public:
     CpuUse();
-    /// Returns the share, 0 to 1, of the time of the cores that this process may use that other
-    /// processes, or other guests of the machine, used since construction; 0 in the first half
-    /// second and where the system does not tell.
+    /// Returns shareOfOthers since construction, for as many threads as threadCount(); 0 in the
+    /// first half second and where the system does not tell.
     double otherShare() const;
 
 private:
@@ -47,7 +53,7 @@ private:
 };
 
 /// Returns a remark about times that were measured while other processes used this share of the
-/// processor: "" up to a tenth.
+/// processor (shareOfOthers): "" up to a tenth.
 std::string busyRemark(double otherShare);
 
 /// Returns the time since then.

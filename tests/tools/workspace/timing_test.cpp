@@ -83,6 +83,17 @@ TEST(CpuUse, SeesOtherProcesses) {
     EXPECT_LE(share, 1.0);
 }
 
+TEST(CpuUse, WhatOthersDoOnIdleCoresTakesNothing) {
+    // Two seconds on two cores: one other process uses one of them all the time.
+    EXPECT_EQ(shareOfOthers(2, 2, 2, 1), 0.0) << "on the core that this run leaves idle";
+    EXPECT_EQ(shareOfOthers(2, 2, 2, 2), 0.5);
+    EXPECT_EQ(shareOfOthers(3, 2, 2, 1), 0.5) << "half a core beyond the idle one";
+    EXPECT_EQ(shareOfOthers(1, 2, 2, 1), 0.0) << "not negative";
+    EXPECT_EQ(shareOfOthers(2, 2, 2, 64), 0.5) << "no more than the cores";
+    EXPECT_EQ(shareOfOthers(9, 2, 4, 2), 1.0) << "ticks are rounded";
+    EXPECT_EQ(shareOfOthers(126, 2, 64, 2), 0.5) << "this run's cores count, not the machine's";
+}
+
 TEST(CpuUse, AMachineIsBusyAboveATenth) {
     EXPECT_EQ(busyRemark(0.1), "");
     EXPECT_THAT(busyRemark(0.25),
