@@ -40,6 +40,7 @@ constexpr size_t kFinalists = 80;
 /// well, beyond the second, as of a model without ground, from outside alone.
 constexpr float kOpenEscape = 0.35f, kAllAroundEscape = 0.55f;
 constexpr size_t kCoarseRays = 2, kFineRays = 16; ///< shadow rays a sample
+constexpr int kLitElevationCount = 4;             ///< no window of coarse rays holds the highest
 
 glm::vec3 direction(int azimuth, int elevation) {
     const double c = kCos[size_t(azimuth)];
@@ -100,19 +101,44 @@ Stations findStations(const World& world, const OpenSpace& open) {
     return found;
 }
 
+/// Reports the share of the rays that score views.
+class RayProgress {
+public:
+    /// Counts on kFinalists views for fine rays: with fewer the share jumps to 1 at the end.
+    RayProgress(const Progress& progress, size_t stationCount, bool hasLights)
+        : progress_(progress),
+          stationRays_(kAzimuthCount *
+                       (kElevationCount + (hasLights ? kLitElevationCount * kCoarseRays : 0))),
+          sightRays_(kWidth * kHeight * (1 + (hasLights ? kFineRays : 0))),
+          allRays_(stationCount * stationRays_ + kFinalists * sightRays_) {}
+
+    void addStation() { add(stationRays_); }
+    void addSight() { add(sightRays_); }
+
+private:
+    void add(size_t rays) {
+        rays_ += rays;
+        pollCpu();
+        if (progress_)
+            progress_(std::min(1.0, double(rays_) / double(allRays_)));
+    }
+
+    const Progress& progress_;
+    size_t stationRays_, sightRays_, allRays_, rays_ = 0;
+};
+
 /// Adds the two best views of every station: 80 rays, windows of 3 x 3 of them, two shadow rays a
 /// ray.
 void addCoarse(const ViewScore& score, const std::vector<glm::vec3>& stations, bool hasLights,
-               std::vector<Sight>& sights) {
+               RayProgress& progress, std::vector<Sight>& sights) {
     for (const glm::vec3& station : stations) {
-        pollCpu();
         std::array<std::array<ViewSample, kElevationCount>, kAzimuthCount> around;
         std::array<std::array<ViewLight, kElevationCount>, kAzimuthCount> lit;
         for (int a = 0; a < kAzimuthCount; ++a)
             for (int e = 0; e < kElevationCount; ++e) {
                 ViewSample& sample = around[size_t(a)][size_t(e)];
                 sample = score.look(station, direction(a, e));
-                if (hasLights && e < 4) // no window holds the highest
+                if (hasLights && e < kLitElevationCount)
                     lit[size_t(a)][size_t(e)] = score.light({sample}, kCoarseRays);
             }
         std::vector<Sight> here;
@@ -135,6 +161,7 @@ void addCoarse(const ViewScore& score, const std::vector<glm::vec3>& stations, b
             }
         std::stable_sort(here.begin(), here.end(), isBetter);
         sights.insert(sights.end(), here.begin(), here.begin() + 2);
+        progress.addStation();
     }
 }
 
@@ -213,13 +240,16 @@ Camera cameraOf(const Sight& sight, const World& world, const OpenSpace& open) {
 
 } // namespace
 
-std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost) {
+std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost,
+                                 const Progress& progress) {
     const Box& bounds = world.boundsWorld();
     const OpenSpace open(world.triangles(), bounds, world.lights(), kSeed);
     const Stations stations = findStations(world, open);
     const ViewScore score(world, open, stations.unit);
     std::vector<Sight> sights;
-    addCoarse(score, stations.positions, !world.lights().empty(), sights);
+    const bool hasLights = !world.lights().empty();
+    RayProgress rays(progress, stations.positions.size(), hasLights);
+    addCoarse(score, stations.positions, hasLights, rays, sights);
     std::stable_sort(sights.begin(), sights.end(), isBetter);
     sights.resize(std::min(sights.size(), kFinalists));
     const bool hasExtent = glm::length(bounds.extent()) > 0.0f;
@@ -228,12 +258,13 @@ std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* co
     if (hasExtent && score.typicalEscape() > kOpenEscape)
         addOrbit(bounds, sights);
     for (Sight& sight : sights) {
-        pollCpu();
         scoreFine(score, sight);
+        rays.addSight();
     }
+    if (progress)
+        progress(1.0);
 
     const float unit = std::max(2.0f * stations.unit, 1e-30f);
-    const bool hasLights = !world.lights().empty();
     std::vector<const Sight*> chosen;
     std::vector<Camera> cameras;
     while (cameras.size() < count) {

@@ -2,6 +2,7 @@
 // Several automatic cameras of a scene; placeCamera of world.h returns the first of them.
 #pragma once
 
+#include "cuda/progress.h"
 #include "scenes/world.h"
 
 #include <vector>
@@ -16,6 +17,8 @@ struct QueryCost;
 /// dark, and there are fewer cameras than `count` if too few views do. See placeCamera for where
 /// they stand and how they are scored. Queries are cut as for placeLights (light_placement.h).
 /// @param cost receives what the queries took; may be null
-std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost = nullptr);
+/// @param progress the share of the rays that score views; 0 while places for them are searched
+std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost = nullptr,
+                                 const Progress& progress = {});
 
 } // namespace shadowdag

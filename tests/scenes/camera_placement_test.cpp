@@ -113,6 +113,33 @@ TEST(CameraPlacement, SeveralViewsDifferAndTheFirstOnesStay) {
     }
 }
 
+TEST(CameraPlacement, ProgressIsTheShareOfTheRaysAndChangesNothing) {
+    const Scene scene = test::hallInShell();
+    for (const int lightCount : {0, 5}) {
+        WorldOptions options;
+        options.placedLightCount = lightCount;
+        const World world(scene, options);
+        std::vector<double> shares;
+        const std::vector<Camera> shown =
+            placeCameras(world, 1, nullptr, [&](double fraction) { shares.push_back(fraction); });
+        EXPECT_GT(shares.size(), 50u);
+        EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+        EXPECT_GT(shares.front(), 0.0);
+        EXPECT_EQ(shares.back(), 1.0);
+        EXPECT_GT(std::count_if(shares.begin(), shares.end(),
+                                [](double share) { return share > 0.3 && share < 0.9; }),
+                  10);
+        EXPECT_EQ(std::memcmp(&shown[0], &placeCameras(world, 1)[0], sizeof(Camera)), 0);
+    }
+}
+
+TEST(CameraPlacement, ProgressMayEndThePlacing) {
+    const Scene scene = test::hallInShell();
+    const World world(scene, {});
+    struct End {};
+    EXPECT_THROW(placeCameras(world, 1, nullptr, [](double) { throw End{}; }), End);
+}
+
 // Half of the rooms have a light; each further view shows light and shadow in one of them.
 TEST(CameraPlacement, FurtherViewsShowLightAndShadow) {
     Scene scene;

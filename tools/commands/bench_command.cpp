@@ -73,7 +73,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const LoadedScene scene = loadSceneAndWorld(
         options.scene, int(parseInteger("--lights", options.lights, -1, kMaxPlacedLightCount)),
         uint64_t(parseInteger("--seed", options.seed, 0, INT64_MAX)), true, console);
-    const Camera camera = chooseCamera(*scene.world, options.camera);
+    const Camera camera = chooseCamera(*scene.world, options.camera, &console);
 
     const CpuUse use;
     Json result = isOnDevice ? runDeviceBench(backend, *scene.world, camera, voxel, console)

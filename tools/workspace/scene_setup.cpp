@@ -85,9 +85,14 @@ std::optional<size_t> namedCamera(const World& world, const std::string& text) {
 }
 
 /// Returns the first automatic cameras of a world. Throws Error kUsage if there are fewer.
-std::vector<Camera> placeViews(const World& world, uint32_t count) {
+std::vector<Camera> placeViews(const World& world, uint32_t count, const Console* console) {
     checkInterrupted();
-    std::vector<Camera> placed = placeCameras(world, count);
+    const Progress progress =
+        console != nullptr
+            ? console->progress((count == 1 ? "place the view in " : "place the views in ") +
+                                world.scene().name)
+            : Progress{};
+    std::vector<Camera> placed = placeCameras(world, count, nullptr, progress);
     checkInterrupted();
     if (placed.size() < count)
         throw Error(ErrorKind::kUsage,
@@ -168,12 +173,12 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options) {
     return loaded;
 }
 
-Camera chooseCamera(const World& world, const std::string& text) {
+Camera chooseCamera(const World& world, const std::string& text, const Console* console) {
     const std::vector<Camera>& cameras = world.cameras();
     if (text.empty() && !cameras.empty())
         return cameras.front();
     if (const uint32_t view = text.empty() ? 1 : automaticView(text); view > 0)
-        return placeViews(world, view).back();
+        return placeViews(world, view, console).back();
 
     if (text.find(',') != std::string::npos)
         return cameraFromText(text);
@@ -219,12 +224,12 @@ std::vector<std::string> cameraNames(const World& world) {
     return names;
 }
 
-Camera FrameCamera::at(const World& world) {
+Camera FrameCamera::at(const World& world, const Console* console) {
     const uint32_t view = text_.empty() ? uint32_t(world.cameras().empty()) : automaticView(text_);
     if (view == 0)
         return chooseCamera(world, text_);
     if (placed_.size() < view)
-        placed_ = placeViews(world, std::max(view, viewCount_));
+        placed_ = placeViews(world, std::max(view, viewCount_), console);
     return placed_[view - 1];
 }
 

@@ -42,7 +42,8 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 /// Returns the camera of --camera, at the world's current time; "" is the scene's first, else auto.
 /// Throws Error kUsage for an unknown name, listing the existing ones, for bad numbers, and for an
 /// automatic camera beyond those that placeCameras finds.
-Camera chooseCamera(const World& world, const std::string& text);
+/// @param console shows how far an automatic one is placed; may be null
+Camera chooseCamera(const World& world, const std::string& text, const Console* console = nullptr);
 
 /// Returns whether an animation moves the camera that chooseCamera returns for a text.
 bool isCameraAnimated(const World& world, const std::string& text);
@@ -64,7 +65,8 @@ public:
     /// Uses another camera from now on. @param text as --camera takes it
     void use(std::string text) { text_ = std::move(text); }
     /// Returns the camera at the world's current time. Throws as chooseCamera.
-    Camera at(const World& world);
+    /// @param console as for chooseCamera
+    Camera at(const World& world, const Console* console = nullptr);
 
 private:
     std::string text_;

@@ -144,10 +144,7 @@ const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
     workspace_->setTime(timeSeconds);
     frame_ = frame;
     judge_->forget();
-    const Camera camera = [&] {
-        const auto step = console_.step("place the view");
-        return workspace_->camera();
-    }();
+    const Camera camera = workspace_->camera();
     const auto step = console_.step("render by " + method_.method);
     FrameRenderer& renderer = workspace_->renderer(run_);
     if (methodOf(method_.method).isTruth()) { // the method's own results are not used

@@ -68,9 +68,10 @@ const Dag& Workspace::dag(uint32_t resolutionLog2) {
 
 std::unique_ptr<FrameRenderer> Workspace::makeRenderer(Backend backend, const Dag& dag) const {
     checkInterrupted();
-    std::shared_ptr<void> step; // a driver may compile for many seconds
-    if (backend == Backend::kGl && options_.console)
-        step = options_.console->step("compile the shaders of OpenGL");
+    std::shared_ptr<void> step; // a hierarchy of many triangles takes long, and so may a driver
+    if (options_.console)
+        step = options_.console->step(backend == Backend::kGl ? "compile the shaders of OpenGL"
+                                                              : "prepare " + scene_.name);
     return std::make_unique<FrameRenderer>(backend, world(), dag);
 }
 

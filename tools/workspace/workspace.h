@@ -54,7 +54,7 @@ public:
     Backend backend() const { return options_.backend; }
     /// Returns the camera at the world's time. An automatic one is placed at the first call and
     /// then kept. Throws as chooseCamera.
-    Camera camera() { return camera_.at(world()); }
+    Camera camera() { return camera_.at(world(), options_.console); }
     /// Uses another camera, and gives the scene another name, under which results of the view
     /// stand.
     /// @param camera as --camera takes it

@@ -94,6 +94,29 @@ TEST(FrameCamera, APlacedCameraStaysWhileObjectsMove) {
     EXPECT_TRUE(wouldJump) << "the scene shows nothing";
 }
 
+// A step of its own, which is shown once: named cameras and those that are placed take no time.
+TEST(FrameCamera, ShowsHowFarTheViewIsPlaced) {
+    const LoadedScene scene = moverScene();
+    std::vector<std::string> steps;
+    double last = 0;
+    const Console console(Console::Listener{{}, [&](const std::string& what, double fraction) {
+                                                if (steps.empty() || steps.back() != what)
+                                                    steps.push_back(what);
+                                                EXPECT_GE(fraction, last);
+                                                last = fraction;
+                                            }});
+    FrameCamera camera("0,1,2,0,1,0");
+    camera.at(*scene.world, &console);
+    EXPECT_THAT(steps, ElementsAre());
+    camera.use("auto");
+    camera.at(*scene.world, &console);
+    EXPECT_THAT(steps, ElementsAre("place the view in fail-mover"));
+    EXPECT_EQ(last, 1.0);
+    steps.clear();
+    camera.at(*scene.world, &console);
+    EXPECT_THAT(steps, ElementsAre());
+}
+
 TEST(FrameCamera, AutomaticOnesHaveNames) {
     const LoadedScene scene = loadSceneAndWorld("builtin:houses", -1, 1, true, kConsole);
     const World& world = *scene.world;

@@ -2,12 +2,17 @@
 // A workspace: when its parts are created, and that all of them are updated to the same time.
 #include "tools/workspace/workspace.h"
 
+#include "cuda/cancel.h"
 #include "cuda/error.h"
+#include "scenes/builtin.h"
 #include "tests/tools/workspace/sliding_scene.h"
 #include "tools/workspace/judge.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
 
 namespace shadowdag {
 
@@ -40,6 +45,27 @@ TEST(Workspace, RenderersAreMadeOnceForEachResolutionAndRole) {
     EXPECT_EQ(&first, &workspace.renderer(5)); // where it was
     EXPECT_EQ(render(workspace, 5, "texels:inf").visibility,
               render(workspace, 5, "texels:inf", 1).visibility);
+}
+
+// The loops of a scene that takes long, made of ones that wait.
+TEST(Workspace, PreparingARendererIsAStepThatIsShown) {
+    const Console console(false, 0.1);
+    WorkspaceOptions options;
+    options.console = &console;
+    Workspace workspace(loadedScene(makeBuiltin("fail-contact")), options);
+    testing::internal::CaptureStderr();
+    static int waitCount;
+    waitCount = 0;
+    setCpuPoll([](double fraction) {
+        if (waitCount++ == 0)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        pollLoops(fraction);
+    });
+    workspace.renderer(kNoVoxels);
+    setCpuPoll(nullptr);
+    EXPECT_GT(waitCount, 0);
+    EXPECT_THAT(testing::internal::GetCapturedStderr(),
+                testing::ContainsRegex("prepare fail-contact: [0-9]+ %, "));
 }
 
 TEST(Workspace, VoxelsHaveTheRequestedResolution) {
