@@ -97,6 +97,28 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
     return makeCostModel(methodOf(method).modelText(model));
 }
 
+Experiment MethodOptions::ranAlone(Experiment experiment) const {
+    Experiment& e = experiment;
+    e.methods.clear();
+    e.thresholds.clear();
+    e.models.clear();
+    e.variants.clear();
+    if (taps)
+        e.taps = {*taps};
+    if (believe)
+        e.believe = {*believe};
+    if (!variant.empty()) {
+        e.variants = {variant};
+        return experiment;
+    }
+    const Method& kind = methodOf(method);
+    if (!kind.isTruth())
+        e.methods = {method};
+    if (kind.needs().routing)
+        e.models = {kind.modelText(model)};
+    return experiment;
+}
+
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                            const Experiment& experiment, const MethodOptions& method,
                            Backend backend, const Console& console)
@@ -196,7 +218,7 @@ FrameResult SingleFrames::renderNext(float timeSeconds, uint32_t frame) {
 }
 
 Json SingleFrames::reproduction() const {
-    Experiment experiment = experiment_;
+    Experiment experiment = method_.ranAlone(experiment_);
     experiment.scenes = {workspace_->scene().argument};
     RunParameters run = run_;
     run.model = methodOf(method_.method).modelText(method_.model);

@@ -31,6 +31,9 @@ struct MethodOptions {
     /// that have no effect.
     void check(const CommandLine& commandLine, const Experiment& experiment,
                const std::vector<std::string>& allowed, const Console& console) const;
+    /// Returns an experiment with this method alone in its sweep, in place of the lists that only a
+    /// sweep runs; with none for the truth, which is measured by no method.
+    Experiment ranAlone(Experiment experiment) const;
     /// Returns the method's cost model; embree's routes nothing.
     std::unique_ptr<CostModel> makeModel() const;
 };

@@ -947,6 +947,46 @@ TEST(Program, ResultsNameWhatReproducesThem) {
                 0.01 * validated["pair_count"].get<double>());
 }
 
+TEST(Program, TheExperimentOfAFrameNamesWhatRan) {
+    const TemporaryDirectory directory;
+    const Arguments small{"builtin:fail-acne", "--size", "48x27", "--json"};
+    const Json none = Json::array();
+    struct Case {
+        Arguments method;
+        Json methods, models, variants;
+    };
+    for (const Case& of : {Case{{"--method", "maps"}, {"maps"}, none, none},
+                           Case{{}, {"hybrid"}, {"texels:96"}, none},
+                           Case{{"--model", "oracle"}, {"hybrid"}, {"oracle"}, none},
+                           Case{{"--method", "truth"}, none, none, none},
+                           Case{{"--variant", "CFM"}, none, none, {"CFM"}}}) {
+        SCOPED_TRACE(Json(of.method).dump());
+        const ProgramResult result = runShadowdag(
+            directory, Arguments{"render", "-o", directory / "a.exr"} + small + of.method);
+        ASSERT_EQ(result.status, 0) << result.err;
+        const Json experiment = result.json()["experiment"];
+        EXPECT_EQ(experiment["methods"], of.methods);
+        EXPECT_EQ(experiment["thresholds"], none);
+        EXPECT_EQ(experiment["models"], of.models);
+        EXPECT_EQ(experiment["variants"], of.variants);
+        EXPECT_THAT(readText(directory / "a.exr"),
+                    HasSubstr("\"methods\":" + of.methods.dump() + ","));
+    }
+    // Compare runs it again.
+    const Json validated =
+        runShadowdag(directory, Arguments{"validate", "--method", "maps"} + small).json();
+    EXPECT_EQ(validated["experiment"]["methods"], Json{"maps"});
+    writeText(directory / "e.json", validated["experiment"].dump());
+    const ProgramResult compared =
+        runShadowdag(directory, {"compare", "--experiment", directory / "e.json", "-o",
+                                 directory / "report", "--no-charts"});
+    ASSERT_EQ(compared.status, 0) << compared.err;
+    const Json runs = Json::parse(readText(directory / "report/results.json"))["runs"];
+    ASSERT_EQ(runs.size(), 1u);
+    for (const char* key : {"method", "pair_count", "false_shadow_count", "false_light_count"})
+        EXPECT_EQ(runs[0][key], validated[key]) << key;
+}
+
 TEST(Program, AFullPoolIsReportedByRenderAndValidate) {
     const TemporaryDirectory directory;
     for (const Arguments& command :
