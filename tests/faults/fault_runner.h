@@ -89,9 +89,9 @@ inline std::map<std::string, long> countCalls(const TemporaryDirectory& director
 /// Removes the values of a report that differ between equal runs: times, and what follows from
 /// them.
 inline void removeTimes(Json& json) {
-    static const std::set<std::string> kNames = {"provenance",   "whole_frame", "verdict",
-                                                 "rays_scale",   "maps_scale",  "other_cpu_share",
-                                                 "frames_per_s", "content_hash"};
+    static const std::set<std::string> kNames = {"provenance",   "whole_frame",  "verdict",
+                                                 "rays_scale",   "maps_scale",   "other_cpu_share",
+                                                 "frames_per_s", "content_hash", "shown_as"};
     if (json.is_object()) {
         for (auto entry = json.begin(); entry != json.end();)
             if (const std::string& key = entry.key();

@@ -173,6 +173,7 @@ void publish(const CompareOptions& options, CompareFindings& found, const Report
     for (const Json& warning : found.results["warnings"])
         console.note("warning: " + warning.get<std::string>());
     found.results["sequence_times"] = sequenceTimes(found.results["sequence_runs"]);
+    nameMeasuredRoutes(found.results);
     Json results = {{"verdict", verdictOf(found.results)}};
     results.update(found.results);
     console.people() << results["verdict"]["text"].get<std::string>() << "\n\n";

@@ -51,7 +51,8 @@ std::string runsCsv(const Json& runs) {
     for (const Json& run : runs) {
         Json row = Json::object();
         for (const auto& [key, value] : run.items()) {
-            if (key == "visibility_histogram" || key == "images" || key == "round_times_ms")
+            if (key == "visibility_histogram" || key == "images" || key == "round_times_ms" ||
+                key == "shown_as")
                 continue;
             if (!value.is_object()) {
                 row[key] = value;

@@ -41,7 +41,7 @@ constexpr const char* kOtherKeys[] = {
     "parameters", "images",  "image",      "bounds",     "broken",         "unknown",
     "settings",   "what",    "source",     "model",      "camera_numbers", "visibility_histogram",
     "pool_note",  "known",   "provenance", "experiment", "study",          "inputs",
-    "harmless",   "is_used", "verdict"};
+    "harmless",   "is_used", "verdict",    "shown_as"};
 
 /// Returns whether a member of one of these lists' names has its type: `checks` of a bench is one
 /// object, and `lights` of some results are those that were asked for.

@@ -108,9 +108,12 @@ double shadowBytes(const Json& run) {
 void printRuns(std::ostream& out, const Json& runs) {
     if (runs.empty())
         return;
+    const auto labelOf = [](const Json& run) -> std::string {
+        return (run.contains("shown_as") ? run["shown_as"] : run).at("label");
+    };
     std::vector<std::string> names;
     for (const Json& run : runs)
-        names.push_back("  " + run.at("label").get<std::string>());
+        names.push_back("  " + labelOf(run));
     const int nameWidth = widthOf(names, 40);
     out << std::left << std::setw(nameWidth) << "run" << std::right << std::setw(10) << "ms"
         << std::setw(kIntervalWidth) << kIntervalHeading << std::setw(5) << "n" << std::setw(14)
@@ -125,11 +128,10 @@ void printRuns(std::ostream& out, const Json& runs) {
         if (group != heading)
             out << (heading = group) << "\n";
         const double pairs = std::max(1.0, run.at("pair_count").get<double>());
-        out << "  " << std::left << std::setw(nameWidth - 2) << run.at("label").get<std::string>()
-            << std::right << std::setw(10) << std::setprecision(2)
-            << run.at("time_ms").get<double>() << std::setw(kIntervalWidth)
-            << intervalText(run, "time_ms") << std::setw(5) << run.value("repeat_count", 0)
-            << std::setw(12) << std::setprecision(3)
+        out << "  " << std::left << std::setw(nameWidth - 2) << labelOf(run) << std::right
+            << std::setw(10) << std::setprecision(2) << run.at("time_ms").get<double>()
+            << std::setw(kIntervalWidth) << intervalText(run, "time_ms") << std::setw(5)
+            << run.value("repeat_count", 0) << std::setw(12) << std::setprecision(3)
             << 100 * run.at("false_shadow_count").get<double>() / pairs << " %" << std::setw(11)
             << 100 * run.at("false_light_count").get<double>() / pairs << " %" << std::setw(12)
             << std::setprecision(5) << run.at("mean_abs_visibility_error").get<double>()
@@ -139,6 +141,10 @@ void printRuns(std::ostream& out, const Json& runs) {
         if (const std::string note = poolNote(run); !note.empty())
             out << "    " << note << "\n";
     }
+    const auto renamed = std::find_if(runs.begin(), runs.end(),
+                                      [](const Json& run) { return run.contains("shown_as"); });
+    if (renamed != runs.end())
+        out << renamed->at("shown_as").at("why").get<std::string>() << "\n";
     out << std::defaultfloat;
 }
 

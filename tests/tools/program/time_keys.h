@@ -8,7 +8,7 @@ namespace shadowdag {
 
 inline bool isOfTime(const std::string& key) {
     return key.starts_with("time_") || key.find("_ms") != std::string::npos ||
-           key == "other_cpu_share";
+           key == "other_cpu_share" || key == "shown_as";
 }
 
 } // namespace shadowdag

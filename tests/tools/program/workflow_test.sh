@@ -79,7 +79,7 @@ def load(path):
     for entry in results["runs"] + results["map_costs"]:
         for key in list(entry):
             if key.startswith("time_") or "_ms" in key or key in ("rays_scale", "maps_scale", "whole_frame",
-                                                                  "other_cpu_share"):
+                                                                  "other_cpu_share", "shown_as"):
                 del entry[key]
     return results
 a, b = (load(path) for path in sys.argv[1:])

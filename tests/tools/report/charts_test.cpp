@@ -101,6 +101,30 @@ TEST(Charts, TheMainChartHasAPanelForEverySceneAndSize) {
     EXPECT_THAT(said, testing::HasSubstr("lines of different commits"));
 }
 
+TEST(Charts, RunsHaveTheNameThatTheyAreShownBy) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    for (Json& run : results["runs"])
+        if (run["model"] == "oracle")
+            run["shown_as"] = {{"label", "hybrid measured routes 2048^3"},
+                               {"model", "measured routes"},
+                               {"why", "measured routes: the reason"}};
+    writeText(directory / "r.json", results.dump());
+    drawCharts(directory / "r.json", directory / "charts");
+    std::string said;
+    ASSERT_EQ(runReport({"main", directory / "r.json", "-o", directory / "main"}, &said), 0)
+        << said;
+    for (const char* file : {"charts/speed_accuracy_builtin_made_up.svg", "main/main.svg"}) {
+        const std::string svg = readText(directory / file);
+        EXPECT_THAT(svg, testing::HasSubstr("<!-- hybrid, measured routes -->")) << file;
+        EXPECT_THAT(svg, testing::Not(testing::HasSubstr("<!-- hybrid, oracle -->"))) << file;
+    }
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"));
+    EXPECT_THAT(charts["charts"][0]["caption"].get<std::string>(),
+                testing::HasSubstr("Measured routes: the reason."));
+}
+
 TEST(Charts, ASweepOfWhatRaysBelieveGetsItsOwnChart) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");

@@ -157,6 +157,23 @@ def test_compare():
         equal(len([t for t in targets if t.startswith("data:")]), 4 * sum("images" in r for r in results["runs"]))
 
 
+def test_runs_have_the_name_that_they_are_shown_by():
+    results = made.committed(SOURCE, "compare-atrium.json")
+    run = dict(results["runs"][-1], method="hybrid", model="oracle", label="hybrid oracle")
+    run["shown_as"] = {"label": "hybrid measured routes", "model": "measured routes", "why": "measured routes: the reason"}
+    run["parameters"] = {k: v for k, v in run["parameters"].items() if k != "threshold_texels"}
+    results["runs"] = [r for r in results["runs"] if r["model"] != "oracle"] + [run]
+    results.pop("verdict", None)  # of the file as it was measured
+    with tempfile.TemporaryDirectory() as name:
+        page = check_page(made.write_compare(SOURCE, name + "/r", results), 500_000)
+        equal(cells(page, f"run-{len(results['runs']) - 1}")["Run"][1], "hybrid measured routes")
+        text = "\n".join(page.texts)
+        check("hybrid, measured routes" in text, "the chart's legend lacks the name")
+        for other in ("hybrid oracle", "hybrid, oracle"):
+            check(other not in text, "the page has the name that is not shown: " + text[max(0, text.find(other) - 60):][:120])
+        equal(text.count("Measured routes: the reason."), 2, "explanations, of the chart and of the table:")
+
+
 def test_names_stay_text():
     results = made.committed(SOURCE, "compare-atrium.json")
     for key in ("label", "scene"):

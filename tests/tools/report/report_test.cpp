@@ -208,12 +208,27 @@ TEST(PoolNote, IsEmptyIfPagesFitOrWereNotCounted) {
     EXPECT_EQ(poolNote(toJson(full)), poolNote(full)) << "a frame and its JSON say the same";
 }
 
+TEST(Report, ARowThatIsShownByAnotherNameHasItInTheTableWithALegend) {
+    std::ostringstream plain, table;
+    Json run = madeUpRun("hybrid", "hybrid oracle", 3);
+    printRuns(plain, Json::array({run}));
+    EXPECT_THAT(plain.str(), HasSubstr("hybrid oracle "));
+    EXPECT_THAT(plain.str(), Not(HasSubstr("measured routes")));
+    run["shown_as"] = {{"label", "hybrid measured routes"}, {"why", "measured routes: the reason"}};
+    printRuns(table, Json::array({run}));
+    EXPECT_THAT(table.str(), HasSubstr("  hybrid measured routes "));
+    EXPECT_THAT(table.str(), Not(HasSubstr("hybrid oracle")));
+    EXPECT_THAT(table.str(), HasSubstr("\nmeasured routes: the reason\n"));
+}
+
 TEST(Report, CsvGivesNestedKeysTheirOwnColumns) {
-    const Json runs = {
-        {{"scene", "a,b"}, {"parameters", {{"taps", 9}}}, {"images", {{"color", "x"}}}},
-        {{"scene", "say \"c\""},
-         {"parameters", Json::object()},
-         {"stages_ms", {{"shading", 1.5}}}}};
+    const Json runs = {{{"scene", "a,b"},
+                        {"parameters", {{"taps", 9}}},
+                        {"images", {{"color", "x"}}},
+                        {"shown_as", {{"label", "b"}}}},
+                       {{"scene", "say \"c\""},
+                        {"parameters", Json::object()},
+                        {"stages_ms", {{"shading", 1.5}}}}};
     EXPECT_EQ(runsCsv(runs),
               "scene,parameters.taps,stages_ms.shading\n\"a,b\",9,\n\"say \"\"c\"\"\",,1.5\n");
     EXPECT_EQ(runsCsv(Json::array()), "");

@@ -87,6 +87,7 @@ TEST(ResultsDiff, PlantedCountsAreFoundExactly) {
     EXPECT_EQ(verdictOf("/runs/1/map_bytes", uint64_t(1) << 40), "worse");
     const double error = atrium["runs"][1]["mean_abs_visibility_error"];
     EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * (1 + 1e-12)), "none");
+    EXPECT_EQ(verdictOf("/runs/1/shown_as", {{"label", "x"}}), "none") << "a name for reading";
     EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * 1.001), "worse");
 }
 

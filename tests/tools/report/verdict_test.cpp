@@ -112,7 +112,37 @@ TEST(Verdict, RowsWhoseNumbersAreNotTrustedAreNamedWithTheReason) {
         found["text"].get<std::string>(),
         AllOf(HasSubstr("the page pool was full, so that maps are coarser than requested: full"),
               HasSubstr("the time varies by more than 25.00 % of its median: shaky (31.11 %)"),
-              HasSubstr("hybrid oracle (slower than a, so its costs do not predict")));
+              HasSubstr("hybrid measured routes (slower than a, so its costs do not predict")));
+}
+
+// The oracle is the fastest row, or it is not called so: in the text, in tables and in charts.
+TEST(Verdict, AnOracleThatIsNotTheFastestIsCalledMeasuredRoutes) {
+    const auto oracle = [](double timeMs, uint64_t wrongCount) {
+        return with(row("hybrid oracle believe none", timeMs, wrongCount), "model", "oracle");
+    };
+    const auto warm = [](Json of) {
+        return with(std::move(of), "parameters", {{"start", "warm"}});
+    };
+    const auto shown = [](const std::vector<Json>& rows) {
+        Json results = {{"runs", rows}};
+        nameMeasuredRoutes(results);
+        EXPECT_FALSE(results["runs"][0].contains("shown_as"));
+        EXPECT_EQ(results["runs"][1]["label"], rows[1]["label"]) << "which identifies the row";
+        return results["runs"][1].value("/shown_as/label"_json_pointer, "");
+    };
+    const std::string name = "hybrid measured routes believe none";
+    EXPECT_EQ(shown({row("a", 50, 5), oracle(60, 5)}), name);
+    EXPECT_EQ(shown({row("a", 50, 6), oracle(60, 5)}), "") << "more wrong pairs";
+    EXPECT_EQ(shown({row("a", 60, 5), oracle(50, 5)}), "") << "the fastest";
+    EXPECT_EQ(shown({row("a", 59.5, 5), oracle(60, 5)}), "") << "within the spread";
+    EXPECT_EQ(shown({warm(row("a", 20, 5)), oracle(60, 5)}), "") << "its maps were drawn before";
+    EXPECT_EQ(shown({warm(row("a", 20, 5)), warm(oracle(60, 5))}), name);
+    EXPECT_EQ(shown({row("a", 50, 5), warm(oracle(60, 5))}), name) << "and it has to draw them";
+    const Json found = verdict({row("a", 50, 0), oracle(60, 0)});
+    EXPECT_THAT(found["text"].get<std::string>(),
+                HasSubstr(name + " (slower than a, so its costs"));
+    EXPECT_THAT(found["text"].get<std::string>(), Not(HasSubstr("oracle")));
+    EXPECT_EQ(found["scenes"][0]["not_trusted"][0]["label"], "hybrid oracle believe none");
 }
 
 // The oracle's costs are measured over maps that its frame may not draw.

@@ -8,6 +8,23 @@ def threshold_of(run):
     return None if value is None else math.inf if value == "inf" else float(value)
 
 
+def label_of(run):
+    """Returns the label of a run as it is shown; run["label"] identifies it. Both differ for model oracle where it is not the
+    fastest (tools/report/verdict.h, nameMeasuredRoutes)."""
+    return run.get("shown_as", run)["label"]
+
+
+def model_of(run):
+    """Returns the cost model of a run as it is shown."""
+    return run.get("shown_as", run)["model"]
+
+
+def legend_of_names(runs):
+    """Explains what is shown by another name, as a sentence after a space; "" if nothing is."""
+    reasons = dict.fromkeys(run["shown_as"]["why"] for run in runs if "shown_as" in run)
+    return "".join(f" {reason[:1].upper()}{reason[1:]}." for reason in reasons)
+
+
 def believe_of(run):
     """Returns which voxels the rays of a run believe: "all", "none", or a number of pixels."""
     return run["parameters"].get("believe", "all")

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ..series import label_of
 from ..style import COLUMN, ORANGE, SKY, STACK, VERMILION, plain, plt, slug
 from .runs import bar_label, bar_runs, bars_sentence, time_bars
 
@@ -93,7 +94,7 @@ def variants_chart(charts, scene, runs):
                 edgecolor="black", linewidth=0.35, hatch="////", label="false light")
     time_bars(times, runs, ys, zorder=5)
     times.set_yticks(ys)
-    times.set_yticklabels([r["label"] for r in runs])
+    times.set_yticklabels([label_of(r) for r in runs])
     for axes, label, columns in ((times, "time (ms)", 3), (errors, "pairs (%)", 1)):
         axes.grid(axis="y", visible=False)
         axes.set_xlim(left=0)
@@ -102,5 +103,5 @@ def variants_chart(charts, scene, runs):
                     handlelength=1.0, fontsize=5.4)
     fastest = min(runs, key=lambda r: r["time_ms"])
     charts.save(figure, f"variants_{slug(scene)}", f"Variants, {scene}",
-                f"Medians of every stage and the wrong pairs of every variant; the fastest is {fastest['label']} "
+                f"Medians of every stage and the wrong pairs of every variant; the fastest is {label_of(fastest)} "
                 f"({fastest['time_ms']:.1f} ms). Frames are independent, so static optimization has no effect." + bars_sentence(runs))

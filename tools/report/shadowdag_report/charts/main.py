@@ -11,7 +11,7 @@ import math
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
-from ..series import believe_of, is_warm, keeps_beams, threshold_of, tracers_of
+from ..series import believe_of, is_warm, keeps_beams, legend_of_names, model_of, threshold_of, tracers_of
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, plt
 from ..texels import PAPER_TEXELS
 from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
@@ -30,9 +30,10 @@ TRACER_LOOKS = ((GREY, "<", 4.0), (PURPLE, ">", 4.0), (SKY, "H", 4.2), (GREEN, "
 
 
 def looks_of(panels):
-    """Returns LOOKS and those of the tracers of others that the panels have."""
+    """Returns LOOKS and those of models shown by another name and of the tracers of others that the panels have."""
+    renamed = {name_of(r): (GREY, "*", 5.4) for _, _, runs in panels for r in runs if "shown_as" in r}
     tracers = dict.fromkeys(tracer_label(r) for _, _, runs in panels for r in tracers_of(runs))
-    return LOOKS | {name: TRACER_LOOKS[i % len(TRACER_LOOKS)] for i, name in enumerate(tracers)}
+    return LOOKS | renamed | {name: TRACER_LOOKS[i % len(TRACER_LOOKS)] for i, name in enumerate(tracers)}
 
 
 def name_of(run):
@@ -49,7 +50,7 @@ def name_of(run):
         return {"none": "exact rays", "all": "voxel rays"}.get(believe_of(run), "others")
     if run["method"] == "hybrid":
         threshold = threshold_of(run)
-        return ("hybrid, oracle" if threshold is None and run["model"] == "oracle" else "others" if threshold is None else
+        return (f"hybrid, {model_of(run)}" if threshold is None and run["model"] == "oracle" else "others" if threshold is None else
                 "hybrid, 96 texels" if threshold == PAPER_TEXELS else "hybrid, others")
     return "others"
 
@@ -133,7 +134,7 @@ def draw(paths, directory, mixed=False):
     charts.save(figure, "main", "Error against time in real and built scenes",
                 f"{len({scene for scene, _, _ in panels})} scenes at {' and '.join(dict.fromkeys(size for _, size, _ in panels))} pixels; down and left is "
                 "better. Built scenes are made by this program, the others are not; the atrium's halves mirror each other."
-                + tracers_sentence([r for _, _, runs in panels for r in runs]) + bars_sentence([r for _, _, runs in panels for r in runs]))
+                + legend_of_names([r for _, _, runs in panels for r in runs]) + tracers_sentence([r for _, _, runs in panels for r in runs]) + bars_sentence([r for _, _, runs in panels for r in runs]))
     charts.finish()
 
 

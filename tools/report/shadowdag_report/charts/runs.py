@@ -8,7 +8,7 @@ import numpy as np
 from ..files import Refused, expecting, read_json
 from ..intervals import half_widths, interval, least_confidence, confidence_text
 from ..scales import plain
-from ..series import believe_of, sweeps, threshold_of, tracers_of
+from ..series import believe_of, model_of, sweeps, threshold_of, tracers_of
 
 
 def load(paths, mixed):
@@ -116,5 +116,6 @@ def bar_label(run):
     if threshold == math.inf:
         return rays_name(run)
     if threshold is None:
-        return run["model"] if len(run["model"]) < 10 else run["model"][:8] + "…"
+        model = model_of(run)
+        return model if len(model) < 10 or "shown_as" in run else model[:8] + "…"
     return plain(threshold)

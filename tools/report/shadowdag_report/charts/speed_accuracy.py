@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..series import believe_of, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
+from ..series import believe_of, label_of, legend_of_names, model_of, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
 from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, place_labels,
                      plain, plt, slug)
 from ..texels import PAPER_TEXELS, equivalent_texels
@@ -80,7 +80,7 @@ def speed_accuracy(charts, scene, runs, experiment):
     for i, run in enumerate(others):
         axes.plot(run["time_ms"], height(run), linestyle="none", marker="*PXdh"[i % 5], color=VERMILION,
                   markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
-                  label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
+                  label=f"hybrid, {model_of(run) if len(model_of(run)) < 22 else model_of(run)[:20] + '…'}")
     equivalent = equivalent_texels(experiment)
     marked, ringed = [], []
     if series:  # the paper's setting has marks of its own, which the legend names
@@ -116,7 +116,7 @@ def speed_accuracy(charts, scene, runs, experiment):
     best = min(runs, key=lambda r: r["time_ms"])
     exact = min(runs, key=lambda r: (r["error"], r["time_ms"]))
     charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
-                f"Down and left is better; the fastest is {best['label']} ({best['time_ms']:.1f} ms at "
-                f"{100 * best['error']:.2f} % error), the most exact {exact['label']} ({exact['time_ms']:.1f} ms at "
+                f"Down and left is better; the fastest is {label_of(best)} ({best['time_ms']:.1f} ms at "
+                f"{100 * best['error']:.2f} % error), the most exact {label_of(exact)} ({exact['time_ms']:.1f} ms at "
                 f"{100 * exact['error']:.2f} %). Differences within the spread of the times make no front."
-                + tracers_sentence(runs) + rings_sentence(ringed, experiment) + bars_sentence(runs))
+                + legend_of_names(runs) + tracers_sentence(runs) + rings_sentence(ringed, experiment) + bars_sentence(runs))

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from ..explained import explained_share, null_rate
 from ..explained import unexplained_count as unexplained
 from ..intervals import CONFIDENCE, confidence_text, interval
+from ..series import label_of, legend_of_names
 from ..texels import equivalent_texels
 from .compare_plot import compare_plots, row_id
 from .lights import lights_data
@@ -73,7 +74,7 @@ def bytes_of(run):
 
 
 COLUMNS = (  # heading, cell of a run
-    ("Run", lambda r: words(cubed(text(r["label"])))), ("Scene", lambda r: words(r["scene"])),
+    ("Run", lambda r: words(cubed(text(label_of(r))))), ("Scene", lambda r: words(r["scene"])),
     ("Frame", lambda r: count(r["frame"])), ("Time, ms", lambda r: decimal(r["time_ms"], 2)),
     ("95 % interval", interval_cell), ("n", lambda r: count(r.get("repeat_count", 1))), ("Time over Embree's", over_embree_cell),
     ("Pool", pool_cell), ("Mean error", lambda r: decimal(r["mean_abs_visibility_error"], 5)),
@@ -103,16 +104,16 @@ def finding(name, runs):
         return number(percent(run, "false_shadow_count") + percent(run, "false_light_count"), 2)
 
     def time(run):
-        return f"{cubed(text(run['label']))} {run['time_ms']:.1f} ms"
+        return f"{cubed(text(label_of(run)))} {run['time_ms']:.1f} ms"
     parts = [f"{time(r)} at {wrong(r)} % wrong pairs"
              for r in runs if r["method"] != "hybrid"]
     fastest = min((r for r in runs if r["method"] == "hybrid"), key=lambda r: r["time_ms"], default=None)
     if fastest is not None:
-        parts.append(f"the fastest hybrid ({cubed(text(fastest['label']))}) {fastest['time_ms']:.1f} ms at {wrong(fastest)} %")
+        parts.append(f"the fastest hybrid ({cubed(text(label_of(fastest)))}) {fastest['time_ms']:.1f} ms at {wrong(fastest)} %")
     full = [r for r in runs if pool_note(r)]
     worst = max(full, key=lambda r: r.get("degrade_divisor", 1), default=None)
     return {"name": name, "methods": "; ".join(parts), "run_count": len(runs), "full_count": len(full),
-            "worst": worst and f"{cubed(text(worst['label']))}: {pool_note(worst)}",
+            "worst": worst and f"{cubed(text(label_of(worst)))}: {pool_note(worst)}",
             "unexplained": sum(map(unexplained, runs)), "settled": sum(map(settled, runs))}
 
 
@@ -166,7 +167,7 @@ def content(directory, results, charts):
     return {
         "title": results["experiment"]["title"] or "Shadows by rays and by maps: time against error",
         "results": results, "runs": runs, "sequence": sequence, "charts": charts, "findings": findings(runs),
-        "equivalent": equivalent_texels(results["experiment"]),
+        "equivalent": equivalent_texels(results["experiment"]), "legend_of_names": legend_of_names(runs),
         "left_out": results["provenance"].get("left_out", []),
         "sequence_table": sequence_table(sequence, results.get("sequence_times", ())),
         "headings": [heading for heading, _ in COLUMNS], "rows": [run_row(i, r, plotted) for i, r in enumerate(runs)],

@@ -2,7 +2,8 @@
 """Speed against accuracy of every frame of a compare, as the interactive charts of its page."""
 from ..intervals import interval, interval_text
 from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW
-from ..series import believe_of, is_warm, keeps_beams, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
+from ..series import (believe_of, is_warm, keeps_beams, label_of, legend_of_names, model_of, pareto, rays_alone, series_name, sweeps,
+                      threshold_of, tracers_of)
 from .page import cubed, number, percent, text
 from .plot import Series, plot, x_axis_of, y_axis_of
 
@@ -40,10 +41,10 @@ def families(runs):
     for i, (key, members) in enumerate(series.items()):
         name = series_name(key, list(series))
         add("hybrid, thresholds" + (f" ({name})" if name else ""), *SWEEPS[i % len(SWEEPS)], members, line=members)
-    models = dict.fromkeys(r["model"] for r in runs if r["method"] == "hybrid" and threshold_of(r) is None)
+    models = dict.fromkeys(model_of(r) for r in runs if r["method"] == "hybrid" and threshold_of(r) is None)
     for i, model in enumerate(models):
         add(f"hybrid, {model if len(model) < 32 else model[:30] + '…'}", VERMILION, MODELS[i % len(MODELS)],
-            [r for r in runs if r["method"] == "hybrid" and r["model"] == model])
+            [r for r in runs if r["method"] == "hybrid" and model_of(r) == model])
     add("tracers of others (pairs alone)", GREY, "cross", tracers_of(runs))
     add("others", GREY, "circle", runs)
     return found
@@ -71,11 +72,12 @@ def frame_plot(results, number_of, scene, frame, runs):
         caption += " The ring is the run that the verdict recommends."
     if any(map(is_warm, runs)):
         caption += " Hollow points are warm frames, whose maps or beams a frame of the same view left."
+    caption += legend_of_names(runs)
 
     def words(index):
         run = by_index[index]
         wrong = percent(run, "false_shadow_count") + percent(run, "false_light_count")
-        return (f"{cubed(text(run['label']))}: {interval_text(run, decimals=1)} ms, "
+        return (f"{cubed(text(label_of(run)))}: {interval_text(run, decimals=1)} ms, "
                 f"{number(wrong, 3)} % of the pairs wrong")
 
     ends = [end for r in runs for end in interval(r)[:2]]

@@ -9,6 +9,7 @@ import jinja2
 from markupsafe import Markup
 
 from ..files import expecting, read_json, write_text
+from ..series import label_of
 
 MEBI = 1024.0 * 1024.0  # bytes
 TEMPLATES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "templates")
@@ -104,7 +105,7 @@ def environment():
     made = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined,
                               trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {"grouped": grouped, "number": number, "text": text, "cubed": cubed}
-    made.globals |= {"percent": percent}
+    made.globals |= {"percent": percent, "label_of": label_of}
     return made
 
 
