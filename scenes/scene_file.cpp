@@ -39,8 +39,11 @@ std::vector<std::string> scenesIn(const std::string& folder) {
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
         std::error_code ignored; // a broken link is no file
-        if (entry->is_regular_file(ignored) && isReadSceneName(entry->path().string()))
-            found.push_back(entry->path().string());
+        const std::string path = entry->path().string();
+        // Assimp also reads kinds that are seldom scenes, as .xml.
+        if (entry->is_regular_file(ignored) && isReadSceneName(path) &&
+            isKnownScene(lowerCaseExtension(path)))
+            found.push_back(path);
     }
     if (error)
         throw Error(ErrorKind::kInput,

@@ -69,8 +69,10 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
     }
 }
 
-/// A frame makes one beam for so many samples at most, which takes up to a sixth of its time.
-constexpr size_t kSamplesPerBeam = 16;
+/// A frame makes one beam for so many of its rays at most: to make one takes as long as some 40.
+constexpr uint64_t kRaysPerBeam = 240;
+/// The same where it is not known yet how many rays there are: for so many samples.
+constexpr uint64_t kSamplesPerBeam = 64;
 
 } // namespace
 
@@ -139,15 +141,15 @@ void FrameShading::beginBeams(const ViewRays& view, const FrameOptions& options,
         return forget();
     const bool isStill = lastView_ && *lastView_ == view;
     lastView_ = view;
-    const BeamCounts last = beams_.counts();
+    const BeamCounts last = beams_.counts(); // of the last frame that asked
     const bool areMostKnown = 2 * last.pairCount > last.askedCount;
     if (!shading.needs.rays || !(options.makeAllBeams || isStill || areMostKnown))
-        return;
+        return beams_.skip();
+    const uint64_t share = last.askedCount > 0 ? last.askedCount / kRaysPerBeam
+                                               : shading.gbuffer.count() / kSamplesPerBeam;
     beams_.begin(rays.exact.bvh, rays.exact.geometry, context_.scene.lights(),
                  rays.options.beamBytes,
-                 options.makeAllBeams ? BeamCache::kMakeAll
-                 : isStill            ? shading.gbuffer.count() / kSamplesPerBeam
-                                      : 0);
+                 options.makeAllBeams ? BeamCache::kMakeAll : isStill * share);
     rays.beams = &beams_;
     haveBeams_ = true;
 }
@@ -178,6 +180,8 @@ void FrameShading::recordPairs(const VisibleSurface& surface, const FrameCluster
     nextPair_.upload(pairs_.start.download());
     pairVisibility_.resize(result.pairs.count());
     pairServer_.resize(result.pairs.count());
+    if (haveBeams_)
+        beams_.freeze();
     ShadeSamples recording = shading;
     recording.recorder = {nextPair_.view(), pairVisibility_.view(), pairServer_.view()};
     shade(recording);

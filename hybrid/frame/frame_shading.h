@@ -81,6 +81,7 @@ private:
     Buffer<PairServer> pairServer_;
     BeamCache beams_;        ///< of exact rays, from frame to frame
     bool haveBeams_ = false; ///< the frame asks them
+    /// Of the last frame whose rays keep beams; none after forget.
     std::optional<ViewRays> lastView_;
 };
 

@@ -205,10 +205,9 @@ uint32_t BeamRays::answer(uint32_t lightIndex, const Light& light, const uint8_t
             forWords(group,
                      [&](size_t word, uint64_t mask) { open_[word] |= active_[word] & mask; });
     }
-    const uint32_t openCount = countOpen();
-    tally.askedCount = tally.pairCount + openCount;
+    tally.openCount = countOpen();
     cache_.add(tally);
-    return openCount;
+    return uint32_t(tally.openCount);
 }
 
 uint32_t BeamRays::countOpen() const {

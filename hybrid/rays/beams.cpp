@@ -149,10 +149,10 @@ void BeamCache::forget() {
     cellCount_ = 0;
     lights_.clear();
     lightIds_.clear();
-    mayMakeMany_ = mayMakeOthers_ = 0;
+    stopMaking();
     madeCount_ = askedCount_ = pairCount_ = 0;
-    for (std::atomic<uint64_t>& missing : missing_)
-        missing = 0;
+    isMissingKnown_ = false;
+    isFull_ = false;
     nextCompaction_ = 0;
 }
 
@@ -168,7 +168,6 @@ void BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
         memory_.reset(reserve(maxBytes));
         maxBytes_ = maxBytes;
     }
-    const bool isFirst = lights_.empty();
     isStill_.assign(lights.count, 1);
     lightIds_.resize(lights.count, 0);
     for (size_t i = 0; i < lights.count; ++i) {
@@ -186,28 +185,43 @@ void BeamCache::begin(const TriangleBvhView& bvh, const TruthGeometry& geometry,
             nextCompaction_ = frame_ + kFramesBetweenCompactions;
     }
     ++frame_;
-    if (isFirst) // all are missing, and nobody counted them
-        missing_[BeamTally::kClasses - 1] = uint64_t(INT64_MAX);
-    shareOut(std::min<uint64_t>(mostMade, uint64_t(INT64_MAX)));
+    splitBudget(isFull_ ? 0 : std::min<uint64_t>(mostMade, uint64_t(INT64_MAX)));
     madeCount_ = askedCount_ = pairCount_ = 0;
     for (std::atomic<uint64_t>& missing : missing_)
         missing = 0;
+    isMissingKnown_ = true;
+    isFrozen_ = false;
 }
 
-void BeamCache::shareOut(uint64_t mostMade) {
+void BeamCache::splitBudget(uint64_t mostMade) {
     // Those of most rays, as far as the last frame tells that there is room for all of them; what
     // is left over goes to those of fewer.
     uint64_t wanted = missing_[BeamTally::kClasses - 1];
     manyRays_ = BeamTally::kClasses;
     while (manyRays_ > 1 && wanted + missing_[manyRays_ - 2] <= mostMade)
         wanted += missing_[--manyRays_ - 1];
-    const uint64_t others = manyRays_ == 1 || wanted >= mostMade ? 0 : mostMade - wanted;
+    uint64_t others = manyRays_ == 1 || wanted >= mostMade ? 0 : mostMade - wanted;
+    if (!isMissingKnown_) {
+        manyRays_ = mostMade == uint64_t(INT64_MAX) ? 1 : BeamTally::kClasses;
+        others = manyRays_ == 1 ? 0 : mostMade / 2;
+    }
     mayMakeMany_ = int64_t(mostMade - others);
     mayMakeOthers_ = int64_t(others);
 }
 
+void BeamCache::stopMaking() {
+    mayMakeMany_ = mayMakeOthers_ = 0;
+}
+
+void BeamCache::freeze() {
+    stopMaking();
+    isFrozen_ = true;
+}
+
 void BeamCache::add(const BeamTally& tally) {
-    askedCount_.fetch_add(tally.askedCount, std::memory_order_relaxed);
+    if (isFrozen_)
+        return;
+    askedCount_.fetch_add(tally.pairCount + tally.openCount, std::memory_order_relaxed);
     pairCount_.fetch_add(tally.pairCount, std::memory_order_relaxed);
     for (uint32_t i = 0; i < BeamTally::kClasses; ++i)
         if (tally.missing[i] > 0)
@@ -222,8 +236,11 @@ void* BeamCache::allocate(size_t bytes) {
     const uint64_t size = (bytes + kAlign - 1) / kAlign * kAlign;
     uint64_t first = used_.load(std::memory_order_relaxed);
     do {
-        if (first + size > maxBytes_)
+        if (first + size > maxBytes_) {
+            isFull_ = true;
+            stopMaking();
             return nullptr;
+        }
     } while (!used_.compare_exchange_weak(first, first + size, std::memory_order_relaxed));
     return memory_.get() + first;
 }
@@ -382,7 +399,6 @@ Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLoca
     work.mask = mask;
     if (bvh_.root != kNoTriangleChild)
         stream::findBeam(isa_, work);
-    madeCount_.fetch_add(1, std::memory_order_relaxed);
     uint32_t count = 0, first = 0;
     if (!work.isDark && !work.isOverflow)
         count = withoutThoseBelow(cell, leaf, mask, work.count);
@@ -404,6 +420,7 @@ Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLoca
     cell.lock();
     const bool isKept = insert(cell, lightIndex, kind, count, first);
     cell.unlock();
+    madeCount_.fetch_add(isKept, std::memory_order_relaxed);
     return isKept ? beamOf(kind, count, first) : Beam{};
 }
 
@@ -501,6 +518,7 @@ void BeamCache::compact() {
         memory_, std::unique_ptr<uint8_t, void (*)(void*)>(reserve(maxBytes_), std::free));
     used_ = 0;
     cellCount_ = 0;
+    isFull_ = false;
     for (const std::atomic<Cell*>& slot : cells) {
         const Cell* cell = slot.load(std::memory_order_relaxed);
         if (!cell || cell->frame.load(std::memory_order_relaxed) != frame_)

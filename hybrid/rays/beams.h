@@ -3,10 +3,10 @@
 // frame to frame. All rays from the cell to the light lie in the convex hull of both. Most of these
 // hulls meet no triangle, or one that blocks all of their rays; the others list a few. Exact rays
 // (exact_stream.h) are then answered without a search, with the same answers, while the static
-// geometry and the light stand still. A beam belongs to the surface, not to the view, so it serves
-// a camera that moves. Sources: Arvo, Kirk, Fast Ray Tracing by Ray Classification, SIGGRAPH 1987
-// (candidates of beams, found when they are asked for); Haines, Wallace, Shaft Culling for
-// Efficient Ray-Cast Radiosity, 1991; Haines, Greenberg, The Light Buffer, 1986.
+// geometry and the light stand still. A beam belongs to the surface, not to the view. Sources:
+// Arvo, Kirk, Fast Ray Tracing by Ray Classification, SIGGRAPH 1987 (candidates of beams, found
+// when they are asked for); Haines, Wallace, Shaft Culling for Efficient Ray-Cast Radiosity, 1991;
+// Haines, Greenberg, The Light Buffer, 1986.
 #pragma once
 
 #include "hybrid/rays/triangle_bvh.h"
@@ -58,16 +58,17 @@ struct Beam {
 struct BeamTally {
     static constexpr uint32_t kClasses = 8;
 
-    uint64_t askedCount = 0; ///< rays
-    uint64_t pairCount = 0;  ///< rays that beams answered
-    /// Beams that there are none of, by the rays that they would serve: 1, 2, ... kClasses or more.
+    uint64_t openCount = 0; ///< rays that beams left open
+    uint64_t pairCount = 0; ///< rays that beams answered
+    /// Beams that were asked for and do not exist, by the rays that they would serve: 1, 2, ...
+    /// kClasses or more.
     uint32_t missing[kClasses] = {};
 };
 
 /// What a cache did in a frame.
 struct BeamCounts {
-    uint64_t madeCount = 0;  ///< beams
-    uint64_t askedCount = 0; ///< rays
+    uint64_t madeCount = 0;  ///< beams that are kept
+    uint64_t askedCount = 0; ///< rays of lights that can have beams: of no sun, of none far away
     uint64_t pairCount = 0;  ///< rays that beams answered
 };
 
@@ -95,9 +96,14 @@ public:
     /// @param bvh,geometry outlive what is asked until the next begin @param lights of the world
     /// @param maxBytes at least kLeastBytes
     /// @param mostMade how many beams the frame may make, those of many rays first, as far as the
-    /// last frame tells; kMakeAll: all that are asked for
+    /// last frame tells; kMakeAll: all that are asked for. None while the memory is full
     void begin(const TriangleBvhView& bvh, const TruthGeometry& geometry, View<const Light> lights,
                uint64_t maxBytes, uint64_t mostMade);
+    /// Says that a frame does not ask, so that the next one does not share out by what was missing
+    /// before.
+    void skip() { isMissingKnown_ = false; }
+    /// Until the next begin, makes no beams and counts nothing: what was asked is asked again.
+    void freeze();
     /// Forgets all beams and frees their memory.
     void forget();
 
@@ -116,6 +122,8 @@ public:
     void prefetchCell(uint64_t key) const;
     /// Returns the beam of a cell and a light; makes it if there is none and the frame may. Open
     /// where the light moved since the last frame, or where there is no room.
+    /// @param lightLocal place of that light, local space
+    /// @param tally receives its pairCount and missing; openCount is the caller's
     /// @param cell null: its beam is open @param lightIndex of begin's lights
     /// @param rayCount that it will answer, at least 1
     Beam find(Cell* cell, uint32_t lightIndex, const glm::vec3& lightLocal, uint32_t rayCount,
@@ -136,7 +144,8 @@ private:
 
     void touch(Cell& cell) const;
     bool isShort() const;
-    void shareOut(uint64_t mostMade);
+    void splitBudget(uint64_t mostMade);
+    void stopMaking();
     void* allocate(size_t bytes);
     Cell* makeCell(const Box& box, const BeamPlanes& receivers);
     Row* makeRow(size_t capacity);
@@ -165,6 +174,9 @@ private:
     std::atomic<int64_t> mayMakeMany_{0}, mayMakeOthers_{0}; ///< beams
     std::atomic<uint64_t> madeCount_{0}, askedCount_{0}, pairCount_{0};
     std::atomic<uint64_t> missing_[BeamTally::kClasses]; ///< as in BeamTally
+    bool isMissingKnown_ = false;                        ///< missing_ is of the last frame
+    bool isFrozen_ = false;
+    std::atomic<bool> isFull_{false}; ///< something found no room
 
     uint64_t maxBytes_ = 0;
     std::unique_ptr<uint8_t, void (*)(void*)> memory_; ///< cells, rows and lists, one after another

@@ -50,8 +50,9 @@ struct RayOptions {
     /// the truth's own ray, without offset or level of detail.
     float believe = std::numeric_limits<float>::infinity();
     TriangleRays triangleRays = TriangleRays::kExact;
-    /// Memory for beams that exact rays keep from frame to frame (beams.h), at least 1 MiB; 0:
-    /// none. Changes no answer. On the CPU, where no voxel is believed; not read elsewhere.
+    /// Memory for beams that exact rays keep from frame to frame while the view stands still
+    /// (beams.h), at least 1 MiB; 0: none. Changes no answer. On the CPU, where no voxel is
+    /// believed; not read elsewhere.
     uint64_t beamBytes = 0;
     /// Of level 0, kFixed; other rays through voxels go one by one.
     RayBatch batch = RayBatch::kStream;

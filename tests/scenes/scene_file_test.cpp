@@ -107,7 +107,7 @@ TEST_F(OtherScenes, AFolderHasTheScenesOfEveryKindThatIsRead) {
         folder.write(name, "");
     // What lies beside scenes, and a kind that is known but not read.
     for (const char* name : {"b.mtl", "e.bin", "a.png", "f.json", "f.html", "f.svg", "x.svdag",
-                             "readme.txt", "x.usda", "x.zip", "glb"})
+                             "readme.txt", "x.usda", "x.zip", "glb", "x.xml", "x.raw"})
         folder.write(name, "");
     std::filesystem::create_directory(folder.path("h.glb"));
     std::vector<std::string> expected;

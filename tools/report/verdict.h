@@ -16,10 +16,10 @@ constexpr double kVerdictSpread = 0.25;
 constexpr double kVerdictTie = 0.03;
 
 /// Adds "shown_as" to the runs of model oracle that are not the fastest: over all frames of the
-/// scene, a variant with no more wrong pairs is faster by more than the spread. A warm variant
-/// counts against warm ones alone. It is {"label", "model", "why"}, with "measured routes" in place
-/// of "oracle", and the explanation for a legend; tables, charts and the verdict show it. The run's
-/// own label stays, because it identifies the row.
+/// scene, a variant with no more wrong pairs is faster, by the rule of the verdict's "use". A warm
+/// variant is compared with warm oracle rows only. It is {"label", "model", "why"}, with "measured
+/// routes" in place of "oracle", and the explanation for a legend; tables, charts and the verdict
+/// show it. The run's own label stays, because it identifies the row.
 /// @param results the content of results.json
 void nameMeasuredRoutes(Json& results);
 

@@ -514,7 +514,8 @@ std::vector<Setting> makeSettings() {
          .group = Group::kRays,
          .kind = "BYTES",
          .help = "Memory for beams, whole MiB, as in 256M; 0 for none: exact rays on the CPU keep "
-                 "which triangles may block a light from a cell of surface, from frame to frame",
+                 "which triangles may block a light from a cell of surface, while the view stands "
+                 "still",
          .readBy = ReadBy::kExactRays,
          .isList = true,
          .label = " beams #",

@@ -62,7 +62,7 @@ namespace {
 
 /// Returns what to do about a view that no light reaches.
 std::string remedyOfDarkView(bool arePlacedLights) {
-    return arePlacedLights ? "; give another --camera"
+    return arePlacedLights ? "; give another --camera, as in --camera auto"
                            : "; give another --camera, as in --camera auto, or place more lights "
                              "with --lights";
 }

@@ -115,11 +115,10 @@ std::string busyRemark(double otherShare) {
     if (otherShare <= 0.1)
         return "";
     char text[160];
-    std::snprintf(
-        text, sizeof text,
-        "other processes used %.0f %% of the processor while times were measured; measure "
-        "again on an idle machine",
-        100 * otherShare);
+    std::snprintf(text, sizeof text,
+                  "other processes took %.0f %% of the cores that this run uses while times were "
+                  "measured; measure again on an idle machine",
+                  100 * otherShare);
     return text;
 }
 

@@ -863,7 +863,7 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
     EXPECT_THAT(black.err, HasSubstr("or place more lights with --lights"));
     // Where lights were placed, the remedy is not the option that was given.
     const Arguments into{"--camera", "0,100,0,0,200,0.01", "--lights", "32"}; // the sky
-    const std::string remedy = "; give another --camera\n";
+    const std::string remedy = "; give another --camera, as in --camera auto\n";
     expectRefused(directory, {{Arguments{"validate", dark} + into + tiny, 2,
                                "so there is nothing to compare" + remedy},
                               {Arguments{"compare", dark, "-o", directory / "report", "--no-charts",

@@ -171,9 +171,10 @@ TEST(Verdict, ACautionAppliesToAllRows) {
     const std::string text =
         verdict({with(with(with(row("a", 50, 0), "pair_count", 999), "repeat_count", 1),
                       "other_cpu_share", 0.4)})["text"];
-    EXPECT_THAT(text, AllOf(HasSubstr("use a"), HasSubstr("Caution: s: has only 999 pairs"),
-                            HasSubstr("times were measured once"),
-                            HasSubstr("other processes used 40 % of the processor")));
+    EXPECT_THAT(text,
+                AllOf(HasSubstr("use a"), HasSubstr("Caution: s: has only 999 pairs"),
+                      HasSubstr("times were measured once"),
+                      HasSubstr("other processes took 40 % of the cores that this run uses")));
     const std::string shaky = verdict({with(row("a", 50, 0), "time_ms_max", 90)})["text"];
     EXPECT_THAT(shaky, AllOf(HasSubstr("use a"), HasSubstr("Caution: every time varies")));
 }

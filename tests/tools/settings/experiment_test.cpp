@@ -487,8 +487,8 @@ TEST(Experiment, TheCommittedFilesAreValid) {
         EXPECT_TRUE(e.isSequence) << name;
         EXPECT_GE(e.variants.size(), 5u) << name;
     }
-    for (const char* name :
-         {"beams", "beams_1080p", "beams_placed", "beams_placed_1080p", "beams_sequence"})
+    for (const char* name : {"beams", "beams_1080p", "beams_placed", "beams_placed_1080p",
+                             "beams_sequence", "beams_still"})
         EXPECT_EQ(
             readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json")
                 .beamsMib,

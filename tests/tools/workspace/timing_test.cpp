@@ -97,7 +97,7 @@ TEST(CpuUse, WhatOthersDoOnIdleCoresTakesNothing) {
 TEST(CpuUse, AMachineIsBusyAboveATenth) {
     EXPECT_EQ(busyRemark(0.1), "");
     EXPECT_THAT(busyRemark(0.25),
-                testing::StartsWith("other processes used 25 % of the processor"));
+                testing::StartsWith("other processes took 25 % of the cores that this run uses"));
 }
 
 TEST(Timing, WithoutConfigurationsNothingRuns) {
