@@ -28,21 +28,6 @@ bool isDarkAlong(const Truth& truth, TruthRay ray, uint32_t receiver) {
     return blocked != 0;
 }
 
-/// The taps of a lookup in a directional light's window, each traced in the truth along its own
-/// ray, from before the near end of its depths.
-struct TruthWindowTaps {
-    const Truth& truth;
-    const ShadowMapInfo& map;
-    uint32_t receiver;
-
-    void begin(uint32_t, int32_t, int32_t, int32_t) {}
-    TapResult ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
-        const TruthRay ray = truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
-                                              worldFromMap(map, texel.face, u, v, limit));
-        return isDarkAlong(truth, ray, receiver) ? TapResult::kDark : TapResult::kLit;
-    }
-};
-
 } // namespace
 
 std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
@@ -323,17 +308,9 @@ bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const
         map.lodTexels = 0.0f; // part of the bias
     ShadowMapBias bias = inputs_.method.bias;
     bias.constantTexels = constantTexels;
-    if (map.window.isDirectional()) {
-        TruthWindowTaps taps{truth_, map, q.receiver};
-        return filterVisibility(map, q.position, planeNormal(q), bias, taps) < kHalfLit;
-    }
-    const glm::dvec3 light(map.lightPositionWorld);
-    // On the few texels of a tiny face the planes may lie behind the light: then everything counts.
-    const double leastLimit = 0.25 / std::max(double(map.rangeWorld), 1e-30);
     return makeOwnTaps(map, q.position, planeNormal(q), bias).visibility([&](const OwnTap& tap) {
-        const glm::dvec3 end = light + tap.centre / std::max(tap.limit, leastLimit);
-        return isDarkAlong(truth_, truth_.segmentRay(map.lightPositionWorld, glm::vec3(end)),
-                           q.receiver);
+        const OwnTapRay ray = ownTapRay(map, tap);
+        return isDarkAlong(truth_, truth_.segmentRay(ray.startWorld, ray.endWorld), q.receiver);
     }) < 0.5;
 }
 

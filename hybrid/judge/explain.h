@@ -51,8 +51,8 @@
 //     Map, both: the truth traced along the rays of the map's taps, light to texel centre to the
 //     planes of the lookup, without its bias or with it, weighted as the taps are, gives the
 //     method's result.
-//     Of cube maps these rays are made without the method's code (own_taps.h), so that a fault of
-//     its geometry does not excuse itself.
+//     These rays are made without the method's code (own_taps.h), so that a fault of its geometry
+//     does not excuse itself.
 //     The map's content is then right, and the error is in the position of its samples: none of
 //     those rays is farther than rho from the pair's own. This is stricter than the 32 shifts, of
 //     which any may agree: a map that misses a wall is not settled (error_test.cpp). The 32 miss a

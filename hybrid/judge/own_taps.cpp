@@ -78,6 +78,77 @@ double largest(const glm::dvec3& v) {
     return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
+constexpr double kLowTexels = 6.0; // FILTERS.md
+/// Where the depths of a window stand in the page table: as those of a cube's face +z.
+constexpr uint32_t kWindowFace = 4;
+constexpr double kWindowStart = 2.0625; ///< w: depths end at 2
+
+uint32_t tapCountOf(const ShadowMapBias& bias) {
+    return bias.taps >= 9 ? 9 : bias.taps >= 4 ? 4 : 1;
+}
+
+/// A window's rows are perpendicular: u . p = place in the window along u + u0, and so on.
+glm::dvec3 windowPlace(const DirectionalWindow& window, const glm::dvec3& pWorld) {
+    return {glm::dot(window.u, pWorld) - window.u0, glm::dot(window.v, pWorld) - window.v0,
+            glm::dot(window.w, pWorld) - window.w0};
+}
+
+glm::dvec3 worldPlace(const DirectionalWindow& window, const glm::dvec3& place) {
+    const auto along = [](const glm::dvec3& row, double value) {
+        return row * (value / glm::dot(row, row));
+    };
+    return along(window.u, place.x + window.u0) + along(window.v, place.y + window.v0) +
+           along(window.w, place.z + window.w0);
+}
+
+/// Taps of a window: the receiver's plane is w as a linear form of (u, v), raised by what rounding,
+/// levels of detail and the bias may move it (directional_filter.h).
+OwnTaps makeWindowTaps(const ShadowMapInfo& map, const glm::dvec3& position,
+                       const glm::dvec3& normal, const ShadowMapBias& bias) {
+    OwnTaps own;
+    const DirectionalWindow& window = map.window;
+    const int n = int(map.faceTexels);
+    const glm::dvec3 place = windowPlace(window, position);
+    const double perWorld = glm::length(window.w); // growth of w along the light
+    const double texelWorld = 2.0 / (n * glm::length(window.u));
+    const double texelDepth = texelWorld * perWorld;
+    const double facing = glm::dot(normal, window.w / perWorld);
+    const auto slopeAlong = [&](const glm::dvec3& row) { // w a texel
+        return facing > 0.0 ? -texelDepth * glm::dot(normal, glm::normalize(row)) / facing : 0.0;
+    };
+    const double slopeX = slopeAlong(window.u), slopeY = slopeAlong(window.v);
+    const double rounding =
+        0x1p-20 * perWorld *
+        (largest(glm::abs(position) + glm::abs(glm::dvec3(map.lightPositionWorld))) +
+         double(map.rangeWorld));
+    const double acrossLift = rounding + 0x1p-22;
+    double ownLift = acrossLift;
+    if (facing > 0.0)
+        ownLift = rounding / std::max(facing, 0x1p-10) + 0x1p-22 +
+                  double(map.lodTexels) * texelDepth / std::max(facing, 0x1p-4);
+    const double low = bias.taps > 1 ? kLowTexels * texelDepth : INFINITY;
+    const double x = (place.x + 1.0) * 0.5 * n, y = (place.y + 1.0) * 0.5 * n;
+    const Span columns = spanOf(x, tapCountOf(bias), map.faceTexels, own.isAtBorder);
+    const Span rows = spanOf(y, tapCountOf(bias), map.faceTexels, own.isAtBorder);
+    for (int j = 0; j < rows.count; ++j)
+        for (int i = 0; i < columns.count; ++i) {
+            OwnTap tap;
+            tap.face = kWindowFace;
+            tap.x = uint32_t(std::clamp(columns.first + i, 0, n - 1));
+            tap.y = uint32_t(std::clamp(rows.first + j, 0, n - 1));
+            tap.centre = {centreOf(int(tap.x), map.faceTexels),
+                          centreOf(int(tap.y), map.faceTexels), 0.0};
+            tap.weight = columns.weights[i] * rows.weights[j];
+            const double rise = slopeX * (tap.x + 0.5 - x) + slopeY * (tap.y + 0.5 - y);
+            tap.limit = place.z + std::max(rise + ownLift, acrossLift) +
+                        double(bias.constantTexels) * texelDepth;
+            tap.isLow = rise > low;
+            own.isAtBorder |= std::fabs(rise - low) < kDepthSlack;
+            own.taps.push_back(tap);
+        }
+    return own;
+}
+
 } // namespace
 
 double OwnTaps::visibility(const std::function<bool(const OwnTap&)>& isDark) const {
@@ -100,6 +171,8 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
     OwnTaps own;
     const uint32_t n = map.faceTexels;
     const glm::dvec3 position(positionWorld);
+    if (map.window.isDirectional())
+        return makeWindowTaps(map, position, glm::dvec3(normalWorld), bias);
     const glm::dvec3 d = position - glm::dvec3(map.lightPositionWorld), normal(normalWorld);
     const double dd = glm::dot(d, d);
     if (!(dd > 0.0))
@@ -119,12 +192,11 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                               ? std::max(exact - 2.0 * double(map.lodTexels) * z / n, 0.5 * exact)
                               : exact;
     const double apart = dd * (1.0 - std::min(rounding / z + 0x1p-20, 0.5));
-    constexpr double kLowTexels = 6.0; // FILTERS.md
     const double low = bias.taps > 1 && height > 0.0
                            ? std::max(1.0 - 2.0 * kLowTexels / n, 0.0) * (lifted / exact)
                            : 0.0;
 
-    const uint32_t taps = bias.taps >= 9 ? 9 : bias.taps >= 4 ? 4 : 1;
+    const uint32_t taps = tapCountOf(bias);
     const Span columns = spanOf((d[face.u] / z + 1.0) * 0.5 * n, taps, n, own.isAtBorder);
     const Span rows = spanOf((d[face.v] / z + 1.0) * 0.5 * n, taps, n, own.isAtBorder);
     for (int j = 0; j < rows.count; ++j)
@@ -151,6 +223,20 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
             own.taps.push_back(tap);
         }
     return own;
+}
+
+OwnTapRay ownTapRay(const ShadowMapInfo& map, const OwnTap& tap) {
+    if (map.window.isDirectional()) {
+        const auto at = [&](double w) {
+            return glm::vec3(worldPlace(map.window, {tap.centre.x, tap.centre.y, w}));
+        };
+        return {at(kWindowStart), at(tap.limit)};
+    }
+    // On the few texels of a tiny face the planes may lie behind the light: then everything counts.
+    const double leastLimit = 0.25 / std::max(double(map.rangeWorld), 1e-30);
+    const glm::dvec3 light(map.lightPositionWorld);
+    return {map.lightPositionWorld,
+            glm::vec3(light + tap.centre / std::max(tap.limit, leastLimit))};
 }
 
 glm::dvec2 ownVisibility(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps) {

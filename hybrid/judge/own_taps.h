@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The taps of a lookup in a cube map, made in double from the documented geometry of maps
-// (shadowmap/shadow_map_lookup.h, shadowmap/cube_face_leaf.h) without any of the method's code, so
-// that a fault of its geometry cannot excuse itself.
+// The taps of a lookup in a cube map or in a directional light's window, made in double from the
+// documented geometry of maps (shadowmap/shadow_map_lookup.h, shadowmap/cube_face_leaf.h,
+// shadowmap/directional_window.h, shadowmap/directional_filter.h) without any of the method's code,
+// so that a fault of its geometry cannot excuse itself.
 #pragma once
 
 #include "shadowmap/shadow_map_lookup.h"
@@ -11,13 +12,16 @@
 
 namespace shadowdag {
 
-/// One tap. A surface at light + centre / w, w > limit, makes it dark.
+/// One tap. A surface at light + centre / w, w > limit, makes it dark; in a window one at (centre,
+/// w).
 struct OwnTap {
     uint32_t face, x, y; ///< the texel
-    glm::dvec3 centre;   ///< light to the texel's centre, world axes, 1 along the face's axis
-    double weight;       ///< of all taps: 1
-    double limit;        ///< 1/z at the receiver's planes, with the bias
-    bool isLow;          ///< omitted: it tests another place
+    /// Light to the texel's centre, world axes, 1 along the face's axis; in a window its u and v,
+    /// and 0.
+    glm::dvec3 centre;
+    double weight; ///< of all taps: 1
+    double limit;  ///< 1/z, or w, at the receiver's planes, with the bias
+    bool isLow;    ///< omitted: it tests another place
 };
 
 /// The taps of a receiver.
@@ -32,10 +36,18 @@ struct OwnTaps {
     double visibility(const std::function<bool(const OwnTap&)>& isDark) const;
 };
 
-/// Returns the taps of a receiver. @param map not directional; the rest as lookupVisibility has
-/// them
+/// Returns the taps of a receiver. @param positionWorld finite; all as lookupVisibility has them
 OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                     const glm::vec3& normalWorld, const ShadowMapBias& bias);
+
+/// A tap's ray, in the world: from the light, or from before the near end of a window's depths, to
+/// the receiver's planes.
+struct OwnTapRay {
+    glm::vec3 startWorld, endWorld;
+};
+
+/// Returns the ray of a tap. @param map that it is a tap of
+OwnTapRay ownTapRay(const ShadowMapInfo& map, const OwnTap& tap);
 
 /// Returns the least and the greatest visibility, 0 to 1, that a map's stored depths give; they
 /// differ where a depth is within rounding of a limit. Taps on pages without memory are dark.

@@ -67,7 +67,7 @@ CellJudgement judgeCells(const Failure& row, const Slack& slack, const StudyRequ
 /// - "samples": each sample lies on the ray of its own pixel, made from the camera in double.
 /// - "picture": the frame's colours against those of the recorded pairs.
 /// - "resolution": maps have the texels that the frame asked for, divided as it reports.
-/// - "lookup": each pair of a cube map has the visibility of the stored depths, read by taps that
+/// - "lookup": each pair of a map has the visibility of the stored depths, read by taps that
 ///   are made in double without the method's code (hybrid/judge/own_taps.h).
 /// - "belief": where voxels are believed up to so many pixels, no error is magnified beyond them.
 /// - "other way": the same answers, bit for bit, by single rays, by the code of all processors, by

@@ -126,7 +126,7 @@ uint64_t countWrongResolutions(const PairResults& answers) {
     return wrong;
 }
 
-/// Counts the pairs of cube maps whose visibility is not that of the stored depths, read by taps
+/// Counts the pairs of maps whose visibility is not that of the stored depths, read by taps
 /// that are made in double; where rounding chooses the texels, pairs are left out.
 uint64_t countWrongLookups(const PairResults& answers) {
     const PairList& pairs = answers.frame.pairs;
@@ -136,7 +136,7 @@ uint64_t countWrongLookups(const PairResults& answers) {
     for (size_t s = 0; s < answers.gbuffer.count(); ++s)
         for (uint64_t p = pairs.sampleStart[s]; p < pairs.sampleStart[s + 1]; ++p) {
             const PairServer server = answers.frame.pairServer[p];
-            if (!server.isMap() || maps.maps[server.map()].window.isDirectional())
+            if (!server.isMap())
                 continue;
             const OwnTaps taps =
                 makeOwnTaps(maps.maps[server.map()], answers.gbuffer.positionWorld[s],

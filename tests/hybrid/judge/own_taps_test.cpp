@@ -2,6 +2,8 @@
 // The judge's taps against closed forms and, over random depths, against the lookup.
 #include "hybrid/judge/own_taps.h"
 
+#include "shadowmap/directional_window.h"
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -83,6 +85,81 @@ TEST(OwnTaps, GiveTheLookupsVisibilityOnAllFacesAndSeams) {
                 if (i % 2) // near the edges of faces
                     d[(i / 2) % 3] = d[(i / 2 + 1) % 3] * (1.0f + 0.05f * unit(rng));
                 const glm::vec3 position = map.lightPositionWorld + d;
+                const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
+                const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
+                if (own.isAtBorder)
+                    continue;
+                ++compared;
+                const glm::dvec2 range = ownVisibility(view, 0, own);
+                const double is = lookupVisibility(view, 0, position, normal, biasOf(taps)) / 255.0;
+                ASSERT_GE(is, range.x - 2.0 / 255.0) << texels << " texels, " << taps << " taps";
+                ASSERT_LE(is, range.y + 2.0 / 255.0) << texels << " texels, " << taps << " taps";
+            }
+            EXPECT_GT(compared, 2000);
+        }
+}
+
+ShadowMapInfo windowOf(uint32_t texels, uint32_t pages, const glm::vec3& directionWorld) {
+    Light sun;
+    sun.kind = Light::kSun;
+    sun.directionWorld = glm::normalize(directionWorld);
+    sun.positionWorld = glm::vec3(0.5f, 1.0f, -0.5f); // the sphere around the scene
+    sun.rangeWorld = 6.0f;
+    const DirectionalFrame frame = makeDirectionalFrame(sun);
+    DirectionalRect rect;
+    rect.add(frame, Box{glm::vec3(-2.0f), glm::vec3(2.0f)});
+    ShadowMapInfo map = mapOf(texels, pages);
+    map.lightPositionWorld = sun.positionWorld;
+    map.rangeWorld = sun.rangeWorld;
+    map.window = fitDirectionalWindow(frame, rect, 256, 8192).window;
+    return map;
+}
+
+// Under a sun overhead a floor of slope 1 rises by a texel's side for each texel.
+TEST(OwnTaps, OfAWindowLieOnTheReceiversPlane) {
+    const ShadowMapInfo map = windowOf(64, 4, {0.0f, -1.0f, 0.0f});
+    const glm::vec3 position(0.3f, 0.2f, -0.4f);
+    const glm::vec3 normal = glm::normalize(glm::vec3(-1.0f, 1.0f, 0.0f)); // y rises with x
+    ShadowMapBias bias = biasOf(9);
+    bias.constantTexels = 0.0f;
+    const OwnTaps taps = makeOwnTaps(map, position, normal, bias);
+    ASSERT_EQ(taps.taps.size(), 9u);
+    double all = 0.0;
+    for (const OwnTap& tap : taps.taps) {
+        const OwnTapRay ray = ownTapRay(map, tap);
+        // Straight down, to the plane or to the receiver's height, whichever is higher.
+        EXPECT_NEAR(ray.startWorld.x, ray.endWorld.x, 1e-5f);
+        EXPECT_NEAR(ray.startWorld.z, ray.endWorld.z, 1e-5f);
+        EXPECT_GT(ray.startWorld.y, map.lightPositionWorld.y + map.rangeWorld);
+        const float plane = position.y + (ray.endWorld.x - position.x);
+        EXPECT_NEAR(ray.endWorld.y, std::max(plane, position.y), 1e-4f);
+        all += tap.weight;
+    }
+    EXPECT_NEAR(all, 1.0, 1e-12);
+}
+
+TEST(OwnTaps, GiveTheLookupsVisibilityInWindows) {
+    const uint32_t seed = 22;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 rng(seed);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    const uint32_t log2 = 4, side = 1u << log2;
+    for (const uint32_t texels : {16u, 64u, 512u})
+        for (const uint32_t taps : {1u, 4u, 9u}) {
+            ShadowMapInfo map = windowOf(texels, texels / side, {unit(rng), -1.0f, unit(rng)});
+            map.lodTexels = taps == 4 ? 0.5f : 0.0f;
+            const uint32_t pages = 6 * map.facePages * map.facePages;
+            std::vector<uint32_t> table(pages), depths(size_t(pages) * side * side);
+            for (uint32_t p = 0; p < pages; ++p)
+                table[p] = pages - 1 - p;
+            for (uint32_t& bits : depths)
+                bits = std::bit_cast<uint32_t>(1.5f + 0.4f * unit(rng));
+            const ShadowMapInfo maps[] = {map};
+            const ShadowMapView view{{maps, 1}, viewOf(table), viewOf(depths), log2};
+            int compared = 0;
+            for (int i = 0; i < 4000; ++i) {
+                const float reach = i % 8 == 0 ? 6.0f : 2.0f; // some outside of the window
+                const glm::vec3 position = reach * glm::vec3(unit(rng), unit(rng), unit(rng));
                 const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
                 const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
                 if (own.isAtBorder)
