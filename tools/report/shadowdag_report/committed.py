@@ -33,6 +33,7 @@ CHARTS = (
     ("main", ("main_placed_1080p.json", "main_1080p.json"), {"main": ("main_1080p", "svg png")}),
     ("main", ("main_placed_gpu.json", "main_gpu.json"), {"main": ("main_gpu", "svg png")}),
     ("main", ("compare-beams_placed.json", "compare-beams.json"), {"main": ("beams", "svg png")}),
+    ("main", ("compare-beams_placed_1080p.json", "compare-beams_1080p.json"), {"main": ("beams_1080p", "svg png")}),
     ("charts", ("compare-lod.json",), {"lod_builtin_atrium": ("lod", "png")}),
     ("figures", ("figures_atrium.json",), {f"figure_{n}_builtin_atrium": (f"figure_{n}", "svg png") for n in (10, 15, 16)}),
     ("figures", ("figures_houses.json",), {f"figure_{n}_builtin_houses": (f"figure_{n}_houses", "svg png") for n in (10, 15, 16)}),
