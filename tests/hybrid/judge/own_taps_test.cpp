@@ -12,6 +12,8 @@
 namespace shadowdag {
 namespace {
 
+constexpr uint32_t kPageLog2 = 4;
+
 ShadowMapInfo mapOf(uint32_t texels, uint32_t pages) {
     ShadowMapInfo map{};
     map.lightPositionWorld = glm::vec3(1.0f, 2.0f, 3.0f);
@@ -61,41 +63,53 @@ TEST(OwnTaps, BeyondAFaceTheTexelOfTheNeighbourIsTaken) {
     EXPECT_EQ(onX, 3);
 }
 
-// Depths are random, so that each wrong texel, weight or limit shows.
+/// Compares the judge's taps with the lookup over random depths, so that each wrong texel, weight
+/// or limit shows. @param middle,spread of the stored depths
+/// @param place (i) returns the position of receiver i
+template <class Place>
+void compareWithLookup(const ShadowMapInfo& map, uint32_t taps, float middle, float spread,
+                       std::mt19937& rng, const Place& place) {
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    const uint32_t side = 1u << kPageLog2;
+    const uint32_t pages = 6 * map.facePages * map.facePages;
+    std::vector<uint32_t> table(pages), depths(size_t(pages) * side * side);
+    for (uint32_t p = 0; p < pages; ++p)
+        table[p] = pages - 1 - p;
+    for (uint32_t& bits : depths)
+        bits = std::bit_cast<uint32_t>(middle + spread * unit(rng));
+    const ShadowMapInfo maps[] = {map};
+    const ShadowMapView view{{maps, 1}, viewOf(table), viewOf(depths), kPageLog2};
+    int compared = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const glm::vec3 position = place(i);
+        const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
+        const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
+        if (own.isAtBorder)
+            continue;
+        ++compared;
+        const glm::dvec2 range = ownVisibility(view, 0, own);
+        const double is = lookupVisibility(view, 0, position, normal, biasOf(taps)) / 255.0;
+        ASSERT_GE(is, range.x - 2.0 / 255.0) << map.faceTexels << " texels, " << taps << " taps";
+        ASSERT_LE(is, range.y + 2.0 / 255.0) << map.faceTexels << " texels, " << taps << " taps";
+    }
+    EXPECT_GT(compared, 2000);
+}
+
 TEST(OwnTaps, GiveTheLookupsVisibilityOnAllFacesAndSeams) {
     const uint32_t seed = 21;
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 rng(seed);
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
-    const uint32_t log2 = 4, side = 1u << log2;
     for (const uint32_t texels : {4u, 23u, 64u})
         for (const uint32_t taps : {1u, 4u, 9u}) {
+            const uint32_t side = 1u << kPageLog2;
             const ShadowMapInfo map = mapOf(texels, (texels + side - 1) / side);
-            const uint32_t pages = 6 * map.facePages * map.facePages;
-            std::vector<uint32_t> table(pages), depths(size_t(pages) * side * side);
-            for (uint32_t p = 0; p < pages; ++p)
-                table[p] = pages - 1 - p;
-            for (uint32_t& bits : depths)
-                bits = std::bit_cast<uint32_t>(0.25f + 0.2f * unit(rng));
-            const ShadowMapInfo maps[] = {map};
-            const ShadowMapView view{{maps, 1}, viewOf(table), viewOf(depths), log2};
-            int compared = 0;
-            for (int i = 0; i < 4000; ++i) {
+            compareWithLookup(map, taps, 0.25f, 0.2f, rng, [&](int i) {
                 glm::vec3 d = 4.0f * glm::vec3(unit(rng), unit(rng), unit(rng));
                 if (i % 2) // near the edges of faces
                     d[(i / 2) % 3] = d[(i / 2 + 1) % 3] * (1.0f + 0.05f * unit(rng));
-                const glm::vec3 position = map.lightPositionWorld + d;
-                const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
-                const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
-                if (own.isAtBorder)
-                    continue;
-                ++compared;
-                const glm::dvec2 range = ownVisibility(view, 0, own);
-                const double is = lookupVisibility(view, 0, position, normal, biasOf(taps)) / 255.0;
-                ASSERT_GE(is, range.x - 2.0 / 255.0) << texels << " texels, " << taps << " taps";
-                ASSERT_LE(is, range.y + 2.0 / 255.0) << texels << " texels, " << taps << " taps";
-            }
-            EXPECT_GT(compared, 2000);
+                return map.lightPositionWorld + d;
+            });
         }
 }
 
@@ -143,34 +157,15 @@ TEST(OwnTaps, GiveTheLookupsVisibilityInWindows) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 rng(seed);
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
-    const uint32_t log2 = 4, side = 1u << log2;
     for (const uint32_t texels : {16u, 64u, 512u})
         for (const uint32_t taps : {1u, 4u, 9u}) {
-            ShadowMapInfo map = windowOf(texels, texels / side, {unit(rng), -1.0f, unit(rng)});
+            ShadowMapInfo map =
+                windowOf(texels, texels >> kPageLog2, {unit(rng), -1.0f, unit(rng)});
             map.lodTexels = taps == 4 ? 0.5f : 0.0f;
-            const uint32_t pages = 6 * map.facePages * map.facePages;
-            std::vector<uint32_t> table(pages), depths(size_t(pages) * side * side);
-            for (uint32_t p = 0; p < pages; ++p)
-                table[p] = pages - 1 - p;
-            for (uint32_t& bits : depths)
-                bits = std::bit_cast<uint32_t>(1.5f + 0.4f * unit(rng));
-            const ShadowMapInfo maps[] = {map};
-            const ShadowMapView view{{maps, 1}, viewOf(table), viewOf(depths), log2};
-            int compared = 0;
-            for (int i = 0; i < 4000; ++i) {
+            compareWithLookup(map, taps, 1.5f, 0.4f, rng, [&](int i) {
                 const float reach = i % 8 == 0 ? 6.0f : 2.0f; // some outside of the window
-                const glm::vec3 position = reach * glm::vec3(unit(rng), unit(rng), unit(rng));
-                const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
-                const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
-                if (own.isAtBorder)
-                    continue;
-                ++compared;
-                const glm::dvec2 range = ownVisibility(view, 0, own);
-                const double is = lookupVisibility(view, 0, position, normal, biasOf(taps)) / 255.0;
-                ASSERT_GE(is, range.x - 2.0 / 255.0) << texels << " texels, " << taps << " taps";
-                ASSERT_LE(is, range.y + 2.0 / 255.0) << texels << " texels, " << taps << " taps";
-            }
-            EXPECT_GT(compared, 2000);
+                return reach * glm::vec3(unit(rng), unit(rng), unit(rng));
+            });
         }
 }
 

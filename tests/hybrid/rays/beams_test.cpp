@@ -267,7 +267,7 @@ TEST(Beams, OfManyRaysComeFirstAndNoFrameWaits) {
         made += uint32_t(now);
         EXPECT_EQ(single + many, made) << "what was made is kept";
         EXPECT_EQ(many, frame == 0 ? 5u : 15u)
-            << "half are known to be others' at first: " << frame;
+            << "half goes to those of fewer rays at first: " << frame;
     }
     EXPECT_EQ(made, 115u);
 }
