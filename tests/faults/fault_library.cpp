@@ -12,6 +12,7 @@
 //   SDAG_FAULT=NAME:N!    SIGKILL ends the process in place of the N-th call
 //   SDAG_FAULT=NAME:N~    the N-th call takes ten seconds, as on a disk that does not answer
 //   SDAG_FAULT=clock:N    from the N-th reading on, the time of day is an hour earlier
+//   SDAG_FAULT_WAITS=F    creates F when such a call begins to wait
 //   SDAG_FAULT_COUNTS=F   appends to F how often each was called, when a process exits
 //
 // Processes that the program starts, as for reading a .vdb file and for drawing, count by
@@ -101,6 +102,8 @@ bool fails(Call call) {
         kill(getpid(), SIGKILL);
     if (how != '~')
         return true;
+    if (const char* const path = std::getenv("SDAG_FAULT_WAITS"))
+        close(int(syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT, 0600)));
     timespec left = {10, 0};
     while (nanosleep(&left, &left) != 0) { // signals do not end it
     }

@@ -290,23 +290,19 @@ TEST(Signals, TheyEndItSoonIfNobodyReadsItsOutput) {
 }
 
 /// Starts a command on a disk that does not answer for ten seconds once a file was written; returns
-/// when it waits for it.
+/// when it waits for it. A file that is not finished does not say so: commands also make and remove
+/// one to see whether they may write.
 /// @param fault the call that waits (fault_library.cpp)
 pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& command,
                       const std::string& fault = "fsync:1~") {
-    const pid_t child = startProgram(
-        directory, prepared(directory, command), directory / "stdout", directory / "stderr",
-        {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY, "SDAG_FAULT=" + fault});
-    const auto isWriting = [&] {
-        for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path()))
-            if (entry.path().string().find(".tmp-") != std::string::npos)
-                return true;
-        return false;
-    };
-    for (int i = 0; i < 1000 && !isWriting(); ++i)
+    const std::string waits = directory / "waits";
+    const pid_t child = startProgram(directory, prepared(directory, command), directory / "stdout",
+                                     directory / "stderr",
+                                     {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY,
+                                      "SDAG_FAULT=" + fault, "SDAG_FAULT_WAITS=" + waits});
+    for (int i = 0; i < 1000 && !std::filesystem::exists(waits); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    EXPECT_TRUE(isWriting()) << command[0];
+    EXPECT_TRUE(std::filesystem::remove(waits)) << command[0];
     return child;
 }
 
