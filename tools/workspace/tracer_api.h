@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The interface of tracers that `shadowdag rays --tracer LIBRARY` loads at run time: C, no other
- * header. A library exports one function, shadowdag_tracer, which returns a table that lives as long
- * as the library. docs/rays.md shows how; examples/embree_tracer.cpp is one. The program calls from
- * one thread at a time; a tracer may use threads of its own. Strings are UTF-8. */
+ * header. A library exports one function, shadowdag_tracer, which returns a table that lives as
+ * long as the library. docs/rays.md shows how; examples/embree_tracer.cpp is one. The program calls
+ * from one thread at a time; a tracer starts threads of its own. Strings are UTF-8. */
 #pragma once
 
 #include <stddef.h>
@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Raised when a struct below changes; a library with another version is refused. */
-#define SHADOWDAG_TRACER_VERSION 1u
+#define SHADOWDAG_TRACER_VERSION 2u
 
 /* World triangles. Valid until `destroy`. */
 typedef struct ShadowdagTriangles {
@@ -21,6 +21,7 @@ typedef struct ShadowdagTriangles {
     uint64_t vertex_count;
     const uint32_t* triangles; /* 3 * triangle_count: vertices */
     uint64_t triangle_count;
+    uint32_t thread_count; /* how many to build with: --threads */
 } ShadowdagTriangles;
 
 /* Segments from samples to lights; neighbours are coherent. Valid during the call. */
@@ -30,6 +31,7 @@ typedef struct ShadowdagSegments {
     const float* normals;      /* 3 * count: unit, on the light's side */
     const float* ends;         /* 3 * count: the lights */
     const uint32_t* receivers; /* count: the triangle of each sample, which must not block */
+    uint32_t thread_count;     /* how many to answer with: --threads */
 } ShadowdagSegments;
 
 /* Where a call writes why it failed: at most `size` bytes with the final 0. */

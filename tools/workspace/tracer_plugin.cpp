@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/tracer_plugin.h"
 
+#include "cuda/backend.h"
 #include "cuda/cancel.h"
 #include "cuda/error.h"
 #include "scenes/input_file.h"
@@ -100,13 +101,16 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
         ends.push_back(set.pairEnd(p));
         receivers.push_back(set.receiver[s]);
     }
+    const auto threadCount = uint32_t(shadowdag::threadCount());
     const ShadowdagTriangles triangles = {
         reinterpret_cast<const float*>(set.vertex.data()), set.vertex.size(),
-        reinterpret_cast<const uint32_t*>(set.triangle.data()), set.triangle.size()};
-    const ShadowdagSegments segments = {
-        set.pairCount(), reinterpret_cast<const float*>(samples.data()),
-        reinterpret_cast<const float*>(normals.data()), reinterpret_cast<const float*>(ends.data()),
-        receivers.data()};
+        reinterpret_cast<const uint32_t*>(set.triangle.data()), set.triangle.size(), threadCount};
+    const ShadowdagSegments segments = {set.pairCount(),
+                                        reinterpret_cast<const float*>(samples.data()),
+                                        reinterpret_cast<const float*>(normals.data()),
+                                        reinterpret_cast<const float*>(ends.data()),
+                                        receivers.data(),
+                                        threadCount};
     ErrorText error;
     auto start = std::chrono::steady_clock::now();
     void* const built = tracer.build(&triangles, error.room());

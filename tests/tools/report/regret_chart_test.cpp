@@ -67,7 +67,7 @@ TEST(RegretChart, SumsAreThoseOfAllFrames) {
     EXPECT_THAT(readText(directory / "charts/regret.svg"), HasSubstr("</svg>"));
     EXPECT_THAT(readText(directory / "charts/regret.png"), testing::StartsWith("\x89PNG"));
     const Json chart = Json::parse(readText(directory / "charts/regret.json"));
-    EXPECT_EQ(chart["commit"], "c0ffee");
+    EXPECT_EQ(chart["provenance"]["commit"], "c0ffee");
     const Json scene = chart["scenes"][0];
     EXPECT_EQ(scene["best_threshold"], "texels:300");
     EXPECT_EQ(scene["frames"][0]["best_threshold"], "texels:300");

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the loss of routing, frame by frame, relative to model oracle: by model cost, by texels:96, by the best single
-threshold and by either method alone, from results.json of `shadowdag compare` with models oracle and cost. Writes
-regret.svg, regret.png and regret.json, and prints the sums.
+"""Draws the loss of routing, frame by frame, relative to the routes measured fastest (model oracle): by model cost, by
+texels:96, by the best single threshold and by either method alone, from results.json of `shadowdag compare` with models
+oracle and cost. Writes regret.svg, regret.png and regret.json, and prints the sums.
 
     regret report/results.json [more.json ...] -o docs
 
-Marks of a frame stand side by side, with the intervals of their ratios where the results have them; the grey band is the
-oracle's own noise. The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is held out
-if its calibration contained none of the frames; the caller is responsible for that. Time is that of whole frames.
+Marks of a frame stand side by side, with the intervals of their ratios where the results have them; the grey band is
+the oracle's own noise. The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is
+held out if its calibration contained none of the frames; the caller is responsible for that. Time is that of whole frames.
 """
 import os
 
@@ -44,7 +44,7 @@ def panel(axes, scene, is_first):
     rows = scene["frames"]
     frames = [r["frame"] for r in rows]
     step = min((b - a for a, b in zip(frames, frames[1:])), default=10)
-    axes.axhline(0, color=BLACK, linewidth=0.8, label="oracle" if is_first else None)
+    axes.axhline(0, color=BLACK, linewidth=0.8, label="measured routes" if is_first else None)
     noise = 100 * scene["sums"]["oracle_noise_ms"] / scene["sums"]["oracle_ms"]
     axes.axhspan(-noise, noise, color=GREY, alpha=0.3, linewidth=0, label="its noise" if is_first else None)
     for place, (name, (colour, marker)) in enumerate(LINES.items()):
@@ -60,14 +60,14 @@ def panel(axes, scene, is_first):
     axes.yaxis.set_major_formatter(lambda y, _: f"{y:.0f}")
     axes.set_title(f"{scene['scene'].removeprefix('builtin:')}; best threshold {scene['best_threshold'][7:]}, "
                    f"worst frame {scene['worst_frame']['frame']}", fontsize=7.5, loc="left")
-    axes.set_ylabel("over oracle (%)")
+    axes.set_ylabel("over measured routes (%)", fontsize=7)
     axes.set_xticks(frames)
     axes.set_xlim(frames[0] - step / 2, frames[-1] + step / 2)
     axes.grid(axis="x", visible=False)
 
 
 def loaded_scenes(paths):
-    """Returns (scenes, commit) of results of compare, or of one regret.json, which holds what was analysed."""
+    """Returns (scenes, provenance) of results of compare, or of one regret.json, which holds what was analysed."""
     if len(paths) == 1:
         with expecting(paths[0], "results of a compare, or a regret.json"):
             results = read_json(paths[0])
@@ -76,9 +76,9 @@ def loaded_scenes(paths):
                     scene["sums"]["oracle_ms"], scene["worst_frame"]["frame"], scene["best_threshold"]
                     for row in scene["frames"]:
                         row["frame"] + 0, row["regret"].items()
-                return results["scenes"], results["commit"]
-    loaded, sums, commit = load(paths)
-    return [analyse(scene, frames, sums) for scene, frames in sorted(loaded.items())], commit
+                return results["scenes"], results["provenance"]
+    loaded, sums, provenance = load(paths)
+    return [analyse(scene, frames, sums) for scene, frames in sorted(loaded.items())], provenance
 
 
 def declare(parser):
@@ -87,7 +87,7 @@ def declare(parser):
 
 
 def run(arguments):
-    scenes, commit = loaded_scenes(arguments.results)
+    scenes, provenance = loaded_scenes(arguments.results)
     figure, all_axes = plt.subplots(len(scenes), 1, figsize=(COLUMN, 1.7 * len(scenes) + 0.6), squeeze=False)
     for i, scene in enumerate(scenes):
         describe(scene)
@@ -96,4 +96,4 @@ def run(arguments):
     all_axes[0][0].legend(loc="lower center", bbox_to_anchor=(0.45, 1.12), ncol=3, columnspacing=1.0,
                           handletextpad=0.4)
     save_figure(figure, os.path.join(arguments.output, "regret"), bbox_inches="tight")
-    write_json(os.path.join(arguments.output, "regret.json"), {"commit": commit, "scenes": scenes})
+    write_json(os.path.join(arguments.output, "regret.json"), {"provenance": provenance, "scenes": scenes})

@@ -23,12 +23,13 @@ def serving_ms(run):
 
 
 def load(paths):
-    """Returns {scene: {frame: {model: run}}} the oracle's sums {(scene, frame): ms} and the one commit that all are of."""
-    scenes, sums, commits = {}, {}, set()
+    """Returns {scene: {frame: {model: run}}} the oracle's sums {(scene, frame): ms} and
+    the provenance of the first file; all are of its commit."""
+    scenes, sums, provenances = {}, {}, []
     for path in paths:
         with expecting(path, "results of a compare"):
             results = read_json(path)
-            commits.add(results["provenance"]["commit"])
+            provenances.append(results["provenance"])
             for run in results["runs"]:
                 name = name_of(run)
                 if name is None or is_warm(run):
@@ -45,6 +46,7 @@ def load(paths):
                     continue
                 key = (cost["scene"], cost["frame"])
                 sums[key] = sums.get(key, 0) + min(cost["rays_ms"], cost["map_ms"])
+    commits = {provenance["commit"] for provenance in provenances}
     if len(commits) > 1:
         raise Refused(f"results of different commits: {', '.join(sorted(commits))}; measure them with one")
     for scene, frames in scenes.items():
@@ -55,7 +57,7 @@ def load(paths):
                          "and models oracle and cost")
     if not scenes:
         raise Refused("no runs to draw")
-    return scenes, sums, commits.pop()
+    return scenes, sums, provenances[0]
 
 
 def thresholds(frames):
