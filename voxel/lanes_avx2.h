@@ -18,6 +18,9 @@ struct Avx2Lanes {
     static constexpr uint32_t kWidth = 8;
     using Floats = __m256;
     using Ints = __m256i; ///< signed
+    struct Doubles {
+        __m256d low, high;
+    };
 
     static Floats splat(float v) { return _mm256_set1_ps(v); }
     static Floats load(const float* from) { return _mm256_loadu_ps(from); }
@@ -70,6 +73,41 @@ struct Avx2Lanes {
         return _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), index, 4);
     }
     static Floats bitsToFloats(Ints v) { return _mm256_castsi256_ps(v); }
+    static Doubles splatDouble(double v) { return {_mm256_set1_pd(v), _mm256_set1_pd(v)}; }
+    static Doubles toDoubles(Floats v) {
+        return {_mm256_cvtps_pd(_mm256_castps256_ps128(v)),
+                _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1))};
+    }
+    static Floats toFloats(const Doubles& v) {
+        return _mm256_set_m128(_mm256_cvtpd_ps(v.high), _mm256_cvtpd_ps(v.low));
+    }
+    static Doubles add(const Doubles& a, const Doubles& b) {
+        return {_mm256_add_pd(a.low, b.low), _mm256_add_pd(a.high, b.high)};
+    }
+    static Doubles sub(const Doubles& a, const Doubles& b) {
+        return {_mm256_sub_pd(a.low, b.low), _mm256_sub_pd(a.high, b.high)};
+    }
+    static Doubles mul(const Doubles& a, const Doubles& b) {
+        return {_mm256_mul_pd(a.low, b.low), _mm256_mul_pd(a.high, b.high)};
+    }
+    static Doubles div(const Doubles& a, const Doubles& b) {
+        return {_mm256_div_pd(a.low, b.low), _mm256_div_pd(a.high, b.high)};
+    }
+    static Doubles lesser(const Doubles& a, const Doubles& b) {
+        return {_mm256_min_pd(a.low, b.low), _mm256_min_pd(a.high, b.high)};
+    }
+    static Doubles greater(const Doubles& a, const Doubles& b) {
+        return {_mm256_max_pd(a.low, b.low), _mm256_max_pd(a.high, b.high)};
+    }
+    static uint32_t lessOrEqual(const Doubles& a, const Doubles& b) {
+        return uint32_t(_mm256_movemask_pd(_mm256_cmp_pd(a.low, b.low, _CMP_LE_OQ))) |
+               uint32_t(_mm256_movemask_pd(_mm256_cmp_pd(a.high, b.high, _CMP_LE_OQ))) << 4;
+    }
+    /// Rounds towards zero. @param v in the range of integers
+    static Doubles truncate(const Doubles& v) {
+        constexpr int kToZero = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
+        return {_mm256_round_pd(v.low, kToZero), _mm256_round_pd(v.high, kToZero)};
+    }
     static float least(uint32_t which, Floats v) {
         v = select(which, v, splat(kLargestScale));
         __m128 h = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));

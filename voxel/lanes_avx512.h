@@ -17,6 +17,9 @@ struct Avx512Lanes {
     static constexpr uint32_t kWidth = 16;
     using Floats = __m512;
     using Ints = __m512i; ///< signed
+    struct Doubles {
+        __m512d low, high;
+    };
 
     static Floats splat(float v) { return _mm512_set1_ps(v); }
     static Floats load(const float* from) { return _mm512_loadu_ps(from); }
@@ -58,6 +61,41 @@ struct Avx512Lanes {
         return _mm512_i32gather_epi32(index, base, 4);
     }
     static Floats bitsToFloats(Ints v) { return _mm512_castsi512_ps(v); }
+    static Doubles splatDouble(double v) { return {_mm512_set1_pd(v), _mm512_set1_pd(v)}; }
+    static Doubles toDoubles(Floats v) {
+        return {_mm512_cvtps_pd(_mm512_castps512_ps256(v)),
+                _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1))};
+    }
+    static Floats toFloats(const Doubles& v) {
+        return _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(v.low)),
+                                  _mm512_cvtpd_ps(v.high), 1);
+    }
+    static Doubles add(const Doubles& a, const Doubles& b) {
+        return {_mm512_add_pd(a.low, b.low), _mm512_add_pd(a.high, b.high)};
+    }
+    static Doubles sub(const Doubles& a, const Doubles& b) {
+        return {_mm512_sub_pd(a.low, b.low), _mm512_sub_pd(a.high, b.high)};
+    }
+    static Doubles mul(const Doubles& a, const Doubles& b) {
+        return {_mm512_mul_pd(a.low, b.low), _mm512_mul_pd(a.high, b.high)};
+    }
+    static Doubles div(const Doubles& a, const Doubles& b) {
+        return {_mm512_div_pd(a.low, b.low), _mm512_div_pd(a.high, b.high)};
+    }
+    static Doubles lesser(const Doubles& a, const Doubles& b) {
+        return {_mm512_min_pd(a.low, b.low), _mm512_min_pd(a.high, b.high)};
+    }
+    static Doubles greater(const Doubles& a, const Doubles& b) {
+        return {_mm512_max_pd(a.low, b.low), _mm512_max_pd(a.high, b.high)};
+    }
+    static uint32_t lessOrEqual(const Doubles& a, const Doubles& b) {
+        return uint32_t(_mm512_cmp_pd_mask(a.low, b.low, _CMP_LE_OQ)) |
+               uint32_t(_mm512_cmp_pd_mask(a.high, b.high, _CMP_LE_OQ)) << 8;
+    }
+    static Doubles truncate(const Doubles& v) {
+        constexpr int kToZero = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
+        return {_mm512_roundscale_pd(v.low, kToZero), _mm512_roundscale_pd(v.high, kToZero)};
+    }
     static float least(uint32_t which, Floats v) {
         return _mm512_reduce_min_ps(select(which, v, splat(kLargestScale)));
     }

@@ -19,6 +19,9 @@ struct PortableLanes {
     struct Ints {
         int32_t at[kWidth];
     };
+    struct Doubles {
+        double at[kWidth];
+    };
 
     template <class F> static Floats each(const F& of) {
         Floats r;
@@ -28,6 +31,12 @@ struct PortableLanes {
     }
     template <class F> static Ints eachInt(const F& of) {
         Ints r;
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r.at[i] = of(i);
+        return r;
+    }
+    template <class F> static Doubles eachDouble(const F& of) {
+        Doubles r;
         for (uint32_t i = 0; i < kWidth; ++i)
             r.at[i] = of(i);
         return r;
@@ -129,6 +138,39 @@ struct PortableLanes {
         Floats r;
         __builtin_memcpy(&r, &v, sizeof r);
         return r;
+    }
+    static Doubles splatDouble(double v) {
+        return eachDouble([&](uint32_t) { return v; });
+    }
+    static Doubles toDoubles(const Floats& v) {
+        return eachDouble([&](uint32_t i) { return double(v.at[i]); });
+    }
+    static Floats toFloats(const Doubles& v) {
+        return each([&](uint32_t i) { return float(v.at[i]); });
+    }
+    static Doubles add(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] + b.at[i]; });
+    }
+    static Doubles sub(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] - b.at[i]; });
+    }
+    static Doubles mul(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] * b.at[i]; });
+    }
+    static Doubles div(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] / b.at[i]; });
+    }
+    static Doubles lesser(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] < b.at[i] ? a.at[i] : b.at[i]; });
+    }
+    static Doubles greater(const Doubles& a, const Doubles& b) {
+        return eachDouble([&](uint32_t i) { return a.at[i] > b.at[i] ? a.at[i] : b.at[i]; });
+    }
+    static uint32_t lessOrEqual(const Doubles& a, const Doubles& b) {
+        return bits([&](uint32_t i) { return a.at[i] <= b.at[i]; });
+    }
+    static Doubles truncate(const Doubles& v) {
+        return eachDouble([&](uint32_t i) { return double(int32_t(v.at[i])); });
     }
     static float least(uint32_t which, const Floats& v) {
         float r = v.at[__builtin_ctz(which)];

@@ -3,6 +3,8 @@
 
 #include "cuda/mutant.h"
 
+#include <cmath>
+
 namespace shadowdag {
 
 namespace {
@@ -25,8 +27,39 @@ bool isFaultOfOneText() {
 /// Returns whether the lanes' 32-bit signed indices reach all texels and pages of a map.
 bool fitsLanes(const ShadowMapView& maps, const ShadowMapInfo& map) {
     constexpr size_t kMost = size_t(1) << 31;
-    return !map.window.isDirectional() && !maps.depths.empty() && maps.depths.count <= kMost &&
+    return !maps.depths.empty() && maps.depths.count <= kMost &&
            uint64_t(kFaceCount) * map.facePages * map.facePages <= kMost && !isFaultOfOneText();
+}
+
+/// Returns what makeDirectionalReceiver (shadowmap/directional_filter.h) derives of a window for
+/// every receiver.
+stream::WindowLookup windowLookupOf(const ShadowMapInfo& map, const ShadowMapBias& bias) {
+    const DirectionalWindow& w = map.window;
+    stream::WindowLookup r{};
+    const glm::dvec3 rows[] = {w.u, w.v, w.w};
+    const double offsets[] = {w.u0, w.v0, w.w0};
+    for (int row = 0; row < 3; ++row) {
+        for (int a = 0; a < 3; ++a)
+            r.row[row][a] = rows[row][a];
+        r.offset[row] = offsets[row];
+        r.light[row] = std::fabs(map.lightPositionWorld[row]);
+    }
+    r.face = kDirectionalFace;
+    r.halfSide = 0.5f * double(map.faceTexels);
+    r.perWorld = squareRoot(dotInOrder(w.w, w.w));
+    r.perWindow = squareRoot(dotInOrder(w.u, w.u));
+    const double texel = 1.0f / (r.perWindow * r.halfSide);
+    r.steepest = -texel * r.perWorld;
+    r.wayRounding = double(kWayRounding);
+    r.range = double(map.rangeWorld);
+    r.depthRounding = kDepthRounding;
+    const auto texelDepth = float(texel * r.perWorld);
+    r.forgiven = bias.constantTexels * texelDepth;
+    r.low = filterSide(bias.taps) > 1 ? kLowTapTexels * texelDepth : kNoLowTap;
+    r.leastFacing = kLeastFacing;
+    r.lodDepth = map.lodTexels > 0.0f ? map.lodTexels * texelDepth : 0.0f;
+    r.leastFacingOfLevels = kLeastFacingOfLevels;
+    return r;
 }
 
 glm::vec3 vectorOf(const float* const (&arrays)[3], uint32_t i) {
@@ -90,6 +123,11 @@ void LookupLanes::lookUpInLanes(const ShadowMapView& maps, const ShadowMapInfo& 
     work.wayRounding = kWayRounding;
     work.total = filterTotal(int(work.side));
     work.largestOut = 0.99f * work.total;
+    stream::WindowLookup window;
+    if (map.window.isDirectional()) {
+        window = windowLookupOf(map, bias);
+        work.window = &window;
+    }
 #if defined(SDAG_STREAM_X86)
     if (isa_ == StreamIsa::kAvx512)
         stream::lookUpAvx512(work);
@@ -98,6 +136,7 @@ void LookupLanes::lookUpInLanes(const ShadowMapView& maps, const ShadowMapInfo& 
     else
 #endif
         stream::lookUpPortable(work);
+    work.window = nullptr;
     if (work.count >= 8 && work.isAsked[7] && isMutant(Mutant::kLookupLaneLost))
         work.seen[7] = 255;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups of a cluster's samples in one cube map, in lanes with the widest vector instructions of
+// Lookups of a cluster's samples in one map, in lanes with the widest vector instructions of
 // the processor: the bits of lookupVisibility (shadowmap/shadow_map_lookup.h).
 #pragma once
 
@@ -18,8 +18,8 @@ public:
     explicit LookupLanes(StreamIsa isa = bestStreamIsa());
 
     /// Sets `seen` to lookupVisibility of the asked samples and returns how many taps had no page
-    /// with memory. Maps of directional lights, filters that leave a face of the cube and those
-    /// that omit all taps are answered one by one.
+    /// with memory. Filters that leave a face of a cube and those that omit all taps are answered
+    /// one by one.
     /// @param map index into maps.maps @param samples its positions and normals are read
     /// @param isAsked,seen by sample
     uint32_t lookUp(const ShadowMapView& maps, uint32_t map, const ShadowMapBias& bias,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups in cube maps for processors with AVX2 and FMA (x86-64-v3).
+// Lookups in maps for processors with AVX2 and FMA (x86-64-v3).
 #include "hybrid/frame/lookup_lanes_kernel.h"
 
 #if defined(__AVX2__) && defined(__FMA__)

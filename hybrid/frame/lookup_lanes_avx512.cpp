@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups in cube maps for processors with AVX-512 (x86-64-v4).
+// Lookups in maps for processors with AVX-512 (x86-64-v4).
 #include "hybrid/frame/lookup_lanes_kernel.h"
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)

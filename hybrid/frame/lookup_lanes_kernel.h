@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// filterVisibility over the taps of a cube map (shadowmap/shadow_map_lookup.h) for V::kWidth
-// receivers at once: the same operations in the same order, so the same bits. Receivers whose
-// filter leaves the face, or omits all taps, are left to the one text. Only lookup_lanes_*.cpp
-// include it, each compiled for its processor; nothing inline of other headers is used.
+// filterVisibility over the taps of a map (shadowmap/shadow_map_lookup.h) for V::kWidth receivers
+// at once: the same operations in the same order, so the same bits. Receivers whose filter leaves
+// the face of a cube, or omits all taps, are left to the one text. Only lookup_lanes_*.cpp include
+// it, each compiled for its processor; nothing inline of other headers is used.
 #pragma once
 
 #include "hybrid/frame/lookup_lanes_work.h"
@@ -10,8 +10,21 @@
 namespace shadowdag::stream {
 namespace {
 
+/// Applies moveToFirstTap. @param first the texel that holds the receiver @param f the position in
+/// it
+template <class V>
+void moveToFirst(uint32_t side, typename V::Floats& first, typename V::Floats& f) {
+    if (side == 3) {
+        first = V::sub(first, V::splat(1.0f));
+    } else if (side == 2) {
+        const auto before = V::select(V::less(f, V::splat(0.5f)), V::splat(1.0f), V::splat(0.0f));
+        first = V::sub(first, before);
+        f = V::add(f, V::sub(before, V::splat(0.5f)));
+    }
+}
+
 /// The receivers of one vector, as CubeReceiver has them; planes in the frame of the face.
-template <class V> struct ReceiverLanes {
+template <class V> struct CubeLanes {
     using F = typename V::Floats;
     using I = typename V::Ints;
 
@@ -19,6 +32,24 @@ template <class V> struct ReceiverLanes {
     I face;
     F x0, y0, fx, fy; ///< the filter's first texel, and the position in it
     F own[3], across[3], low;
+    uint32_t hasLow;
+
+    /// Returns texel k of the filter along axis a.
+    F texel(const LookupWork&, int a, int k) const {
+        return V::add(a == 0 ? x0 : y0, V::splat(float(k)));
+    }
+    /// Returns where the taps of a column or row compare: tapCentre.
+    F place(const LookupWork& work, int, const F& texel) const {
+        const F centre = V::splat(1.0f - float(work.faceTexels));
+        return V::mul(V::add(V::add(texel, texel), centre), V::splat(work.rTexels));
+    }
+    /// Returns cubeTapLimit at a place; isLow: lanes.
+    F limit(const F& u, const F& v, uint32_t& isLow) const {
+        const F ownHere = V::add(V::add(V::mul(own[0], u), V::mul(own[1], v)), own[2]);
+        const F acrossHere = V::add(V::add(V::mul(across[0], u), V::mul(across[1], v)), across[2]);
+        isLow = hasLow & V::less(acrossHere, V::mul(ownHere, low));
+        return V::greater(ownHere, acrossHere);
+    }
 
     static F dot(const F (&a)[3], const F (&b)[3]) {
         return V::add(V::add(V::mul(a[0], b[0]), V::mul(a[1], b[1])), V::mul(a[2], b[2]));
@@ -39,16 +70,10 @@ template <class V> struct ReceiverLanes {
         s = V::lesser(V::greater(s, V::splat(0.0f)), end);
         first = V::lesser(V::toFloats(V::toInts(s)), V::sub(end, V::splat(1.0f)));
         f = V::sub(s, first);
-        if (work.side == 3) {
-            first = V::sub(first, V::splat(1.0f));
-        } else if (work.side == 2) {
-            const F before = V::select(V::less(f, V::splat(0.5f)), V::splat(1.0f), V::splat(0.0f));
-            first = V::sub(first, before);
-            f = V::add(f, V::sub(before, V::splat(0.5f)));
-        }
+        moveToFirst<V>(work.side, first, f);
     }
 
-    ReceiverLanes(const LookupWork& work, uint32_t start, uint32_t asked) {
+    CubeLanes(const LookupWork& work, uint32_t start, uint32_t asked) {
         const F zero = V::splat(0.0f), one = V::splat(1.0f), half = V::splat(0.5f);
         F p[3], n[3], d[3], q[3], m[3];
         for (int a = 0; a < 3; ++a) {
@@ -98,10 +123,112 @@ template <class V> struct ReceiverLanes {
         low = V::splat(work.low);
         if (work.twoLod > 0.0f)
             low = V::select(V::less(lifted, exact), V::mul(low, V::div(lifted, exact)), low);
+        hasLow = V::less(zero, low);
 
         const F last = V::splat(float(work.faceTexels) - float(work.side));
         on &= V::lessOrEqual(zero, x0) & V::lessOrEqual(zero, y0) & V::lessOrEqual(x0, last) &
               V::lessOrEqual(y0, last);
+    }
+};
+
+/// The receivers of one vector, as DirectionalReceiver has them.
+template <class V> struct WindowLanes {
+    using F = typename V::Floats;
+    using I = typename V::Ints;
+    using D = typename V::Doubles;
+
+    uint32_t on; ///< lanes that are answered here
+    I face;
+    F x0, y0, fx, fy; ///< the filter's first texel, which may lie outside, and the position in it
+    D at[2];          ///< position in texels
+    F depth, slopeX, slopeY, own, across, forgiven, low;
+
+    /// Returns texel k of the filter along axis a: the nearest one in the window.
+    F texel(const LookupWork& work, int a, int k) const {
+        const F inside = V::greater(V::add(a == 0 ? x0 : y0, V::splat(float(k))), V::splat(0.0f));
+        return V::lesser(inside, V::splat(float(work.faceTexels) - 1.0f));
+    }
+    /// Returns how far the centres of a column or row are from the receiver, in texels.
+    F place(const LookupWork&, int a, const F& texel) const {
+        return V::toFloats(V::sub(V::add(V::toDoubles(texel), V::splatDouble(0.5)), at[a]));
+    }
+    /// Returns windowTapLimit at a place; isLow: lanes.
+    F limit(const F& toX, const F& toY, uint32_t& isLow) const {
+        const F ownHere = V::add(V::mul(slopeX, toX), V::mul(slopeY, toY));
+        isLow = V::less(low, ownHere);
+        return V::add(depth, V::add(V::greater(V::add(ownHere, own), across), forgiven));
+    }
+
+    static D dot(const D (&a)[3], const double (&b)[3]) {
+        return V::add(
+            V::add(V::mul(a[0], V::splatDouble(b[0])), V::mul(a[1], V::splatDouble(b[1]))),
+            V::mul(a[2], V::splatDouble(b[2])));
+    }
+    /// Returns the lanes whose number is finite and not so large that what is derived from it
+    /// could be infinite.
+    static uint32_t isModest(const D& a) {
+        const D most = V::splatDouble(1e15);
+        return V::lessOrEqual(a, most) & V::lessOrEqual(V::sub(V::splatDouble(0.0), most), a);
+    }
+    /// Finds windowTexel and moves it to the first tap.
+    static void place(const LookupWork& work, const D& at, F& first, F& f) {
+        const D end = V::splatDouble(double(work.faceTexels));
+        const D inside = V::lesser(V::greater(at, V::splatDouble(0.0)), end);
+        const D texel = V::lesser(V::truncate(inside), V::sub(end, V::splatDouble(1.0)));
+        first = V::toFloats(texel);
+        f = V::toFloats(V::sub(inside, texel));
+        moveToFirst<V>(work.side, first, f);
+    }
+
+    WindowLanes(const LookupWork& work, uint32_t start, uint32_t asked) {
+        const WindowLookup& window = *work.window;
+        F p[3];
+        D n[3], q[3];
+        for (int a = 0; a < 3; ++a) {
+            p[a] = V::load(work.position[a] + start);
+            q[a] = V::toDoubles(p[a]);
+            n[a] = V::toDoubles(V::load(work.normal[a] + start));
+        }
+        D at3[3];
+        on = asked;
+        for (int row = 0; row < 3; ++row) {
+            at3[row] = V::sub(dot(q, window.row[row]), V::splatDouble(window.offset[row]));
+            on &= isModest(at3[row]);
+        }
+        const D half = V::splatDouble(window.halfSide), one = V::splatDouble(1.0);
+        face = V::splatInt(int32_t(window.face));
+        depth = V::toFloats(at3[2]);
+        for (int a = 0; a < 2; ++a)
+            at[a] = V::mul(V::add(at3[a], one), half);
+        place(work, at[0], x0, fx);
+        place(work, at[1], y0, fy);
+
+        F largest[3];
+        for (int a = 0; a < 3; ++a)
+            largest[a] = V::add(V::absolute(p[a]), V::splat(window.light[a]));
+        const F most = V::greater(largest[0], V::greater(largest[1], largest[2]));
+        const D perWorld = V::splatDouble(window.perWorld);
+        const D rounding = V::mul(V::mul(V::splatDouble(window.wayRounding),
+                                         V::add(V::toDoubles(most), V::splatDouble(window.range))),
+                                  perWorld);
+        const F depthRounding = V::splat(window.depthRounding);
+        across = V::add(V::toFloats(rounding), depthRounding);
+        const D facing = V::div(dot(n, window.row[2]), perWorld);
+        on &= isModest(facing);
+        const uint32_t faces = ~V::lessOrEqual(facing, V::splatDouble(0.0));
+        const D steep = V::div(V::splatDouble(window.steepest),
+                               V::mul(facing, V::splatDouble(window.perWindow)));
+        const F zero = V::splat(0.0f);
+        slopeX = V::select(faces, V::toFloats(V::mul(steep, dot(n, window.row[0]))), zero);
+        slopeY = V::select(faces, V::toFloats(V::mul(steep, dot(n, window.row[1]))), zero);
+        const D lift = V::div(rounding, V::greater(facing, V::splatDouble(window.leastFacing)));
+        own = V::select(faces, V::add(V::toFloats(lift), depthRounding), across);
+        if (window.lodDepth > 0.0f) {
+            const F most = V::greater(V::toFloats(facing), V::splat(window.leastFacingOfLevels));
+            own = V::select(faces, V::add(own, V::div(V::splat(window.lodDepth), most)), own);
+        }
+        forgiven = V::splat(window.forgiven);
+        low = V::splat(window.low);
     }
 };
 
@@ -114,13 +241,14 @@ template <class V> struct PageLanes {
     uint32_t isMissing[2][2]; ///< lanes
     bool isOne;               ///< each filter lies in one page
 
-    PageLanes(const LookupWork& work, const ReceiverLanes<V>& r, const I& x, const I& y) {
+    /// @param texel along x, y of the filter's taps
+    template <class Receivers>
+    PageLanes(const LookupWork& work, const Receivers& r, const I (&texel)[2][3]) {
         const int log2 = int(work.pageTexelsLog2);
-        const I reach = V::splatInt(int32_t(work.side) - 1);
-        first[0] = V::shiftRight(x, log2);
-        first[1] = V::shiftRight(y, log2);
-        last[0] = V::shiftRight(V::addInts(x, reach), log2);
-        last[1] = V::shiftRight(V::addInts(y, reach), log2);
+        for (int a = 0; a < 2; ++a) {
+            first[a] = V::shiftRight(texel[a][0], log2);
+            last[a] = V::shiftRight(texel[a][work.side - 1], log2);
+        }
         isOne = (r.on & ~(V::equalInts(first[0], last[0]) & V::equalInts(first[1], last[1]))) == 0;
         for (int j = 0; j < (isOne ? 1 : 2); ++j)
             for (int i = 0; i < (isOne ? 1 : 2); ++i)
@@ -129,8 +257,9 @@ template <class V> struct PageLanes {
     }
 
     /// Finds the memory of page (x, y).
-    static void find(const LookupWork& work, const ReceiverLanes<V>& r, const I& x, const I& y,
-                     I& start, uint32_t& isMissing) {
+    template <class Receivers>
+    static void find(const LookupWork& work, const Receivers& r, const I& x, const I& y, I& start,
+                     uint32_t& isMissing) {
         const I pages = V::splatInt(int32_t(work.facePages));
         I entry = V::mulInts(V::addInts(V::mulInts(r.face, pages), y), pages);
         entry = V::selectInts(r.on, V::addInts(entry, x), V::splatInt(0));
@@ -141,45 +270,44 @@ template <class V> struct PageLanes {
     }
 };
 
-template <class V> void lookUpVector(LookupWork& work, uint32_t start, uint32_t asked) {
+/// @tparam Receivers CubeLanes or WindowLanes
+template <class V, class Receivers>
+void lookUpVector(LookupWork& work, uint32_t start, uint32_t asked) {
     using F = typename V::Floats;
     using I = typename V::Ints;
-    const ReceiverLanes<V> r(work, start, asked);
+    const Receivers r(work, start, asked);
     const F zero = V::splat(0.0f), one = V::splat(1.0f);
     uint32_t done = 0;
     alignas(64) float values[V::kWidth];
     if (r.on != 0) {
         const int log2 = int(work.pageTexelsLog2);
-        const I x = V::toInts(r.x0), y = V::toInts(r.y0);
-        const PageLanes<V> pages(work, r, x, y);
-        const I inPage = V::splatInt((1 << log2) - 1);
-        const F centre = V::splat(1.0f - float(work.faceTexels)), rTexels = V::splat(work.rTexels);
-        const uint32_t hasLow = V::less(zero, r.low);
         const int side = int(work.side);
+        I texels[2][3];
+        F places[2][3], weights[2][3];
+        for (int a = 0; a < 2; ++a) {
+            const F f = a == 0 ? r.fx : r.fy;
+            for (int k = 0; k < side; ++k) {
+                const F texel = r.texel(work, a, k);
+                texels[a][k] = V::toInts(texel);
+                places[a][k] = r.place(work, a, texel);
+                weights[a][k] = side == 1 || k + k + 1 == side ? one : k == 0 ? V::sub(one, f) : f;
+            }
+        }
+        const PageLanes<V> pages(work, r, texels);
+        const I inPage = V::splatInt((1 << log2) - 1);
         F lit = zero, leftOut = zero;
         uint32_t missing[9];
         for (int j = 0; j < side; ++j) {
-            const F row = V::add(r.y0, V::splat(float(j)));
-            const F v = V::mul(V::add(V::add(row, row), centre), rTexels);
-            const F wy = side == 1 || j + j + 1 == side ? one : j == 0 ? V::sub(one, r.fy) : r.fy;
-            const I rowTexel = V::addInts(y, V::splatInt(j));
+            const I rowTexel = texels[1][j];
             const I inRow = V::shiftLeft(V::andInts(rowTexel, inPage), log2);
             const uint32_t isFirstRow =
                 pages.isOne ? ~0u : V::equalInts(V::shiftRight(rowTexel, log2), pages.first[1]);
             for (int i = 0; i < side; ++i) {
-                const F column = V::add(r.x0, V::splat(float(i)));
-                const F u = V::mul(V::add(V::add(column, column), centre), rTexels);
-                const F wx = side == 1 || i + i + 1 == side ? one
-                             : i == 0                       ? V::sub(one, r.fx)
-                                                            : r.fx;
-                const F weight = V::mul(wx, wy);
-                const F own = V::add(V::add(V::mul(r.own[0], u), V::mul(r.own[1], v)), r.own[2]);
-                const F across =
-                    V::add(V::add(V::mul(r.across[0], u), V::mul(r.across[1], v)), r.across[2]);
-                const uint32_t isLow = hasLow & V::less(across, V::mul(own, r.low));
-                const F limit = V::greater(own, across);
+                const F weight = V::mul(weights[0][i], weights[1][j]);
+                uint32_t isLow;
+                const F limit = r.limit(places[0][i], places[1][j], isLow);
 
-                const I columnTexel = V::addInts(x, V::splatInt(i));
+                const I columnTexel = texels[0][i];
                 I page = pages.start[0][0];
                 uint32_t isMissing = pages.isMissing[0][0];
                 if (!pages.isOne) {
@@ -218,15 +346,22 @@ template <class V> void lookUpVector(LookupWork& work, uint32_t start, uint32_t 
         work.left[work.leftCount++] = start + uint32_t(__builtin_ctz(lanes));
 }
 
-template <class V> void lookUp(LookupWork& work) {
+template <class V, class Receivers> void lookUpAll(LookupWork& work) {
     for (uint32_t start = 0; start < work.count; start += V::kWidth) {
         const uint32_t left = work.count - start;
         uint32_t asked = 0;
         for (uint32_t i = 0; i < (left < V::kWidth ? left : V::kWidth); ++i)
             asked |= uint32_t(work.isAsked[start + i] != 0) << i;
         if (asked != 0)
-            lookUpVector<V>(work, start, asked);
+            lookUpVector<V, Receivers>(work, start, asked);
     }
+}
+
+template <class V> void lookUp(LookupWork& work) {
+    if (work.window != nullptr)
+        lookUpAll<V, WindowLanes<V>>(work);
+    else
+        lookUpAll<V, CubeLanes<V>>(work);
 }
 
 } // namespace

@@ -7,7 +7,22 @@
 
 namespace shadowdag::stream {
 
-/// The samples of a cluster, and one cube map of a light.
+/// What makeWindowReceiver (shadowmap/filter_leaf.h) reads of a directional light's window, and
+/// what it derives for every receiver.
+struct WindowLookup {
+    double row[3][3], offset[3]; ///< of DirectionalWindow: u, v, w
+    uint32_t face;               ///< kDirectionalFace
+    double halfSide, perWorld, perWindow;
+    double steepest;    ///< -texel * perWorld
+    double wayRounding; ///< kWayRounding
+    double range;
+    float light[3]; ///< magnitudes of its position
+    float depthRounding, forgiven, low;
+    double leastFacing;
+    float lodDepth, leastFacingOfLevels; ///< lodDepth: lodTexels * texelDepth
+};
+
+/// The samples of a cluster, and one map of a light.
 struct LookupWork {
     const float *position[3], *normal[3]; ///< world, by sample, padded as SampleWork has them
     uint32_t count;                       ///< of samples
@@ -27,6 +42,7 @@ struct LookupWork {
     float placeRounding, wayRounding;         ///< the constants of filter_leaf.h
     float total, largestOut;                  ///< of the weights: all, and what may be left out
     uint32_t leftCount = 0, missingCount = 0; ///< samples left; taps without memory
+    const WindowLookup* window;               ///< null: a cube map
 };
 
 /// Look up the asked samples; set leftCount and missingCount.

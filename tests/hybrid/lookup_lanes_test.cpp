@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 namespace shadowdag::test {
 namespace {
@@ -37,10 +38,14 @@ private:
     uint64_t state_ = kLookupSeed;
 };
 
-/// A map with random depths, some of whose pages have no memory.
+/// A map with random depths, some of whose pages have no memory; of a cube, or the window of a
+/// directional light.
 struct RandomMap {
-    RandomMap(Random& random, uint32_t faceTexels, float lodTexels, uint32_t missingInTen) {
+    RandomMap(Random& random, uint32_t faceTexels, float lodTexels, uint32_t missingInTen,
+              bool isWindow) {
         info.lightPositionWorld = random.point();
+        if (isWindow)
+            info.window = windowOf(random);
         info.rangeWorld = 4.0f;
         info.faceTexels = faceTexels;
         info.facePages = (faceTexels + kPageTexels - 1) / kPageTexels;
@@ -53,6 +58,20 @@ struct RandomMap {
         for (uint32_t i = 0; i < pageCount * kPageTexels * kPageTexels; ++i)
             depths.push_back(random.below(4) == 0 ? 0 : floatBits(1.0f + 0.9f * random.number()));
     }
+    /// Returns a window around the origin, two wide and deep, in a random direction.
+    static DirectionalWindow windowOf(Random& random) {
+        const glm::dvec3 toLight = glm::normalize(glm::dvec3(random.point()));
+        const glm::dvec3 right = glm::normalize(glm::cross(toLight, glm::dvec3(random.point())));
+        const double scale = 1.0 + 0.5 * double(random.number());
+        DirectionalWindow window;
+        window.u = scale * right;
+        window.v = scale * glm::cross(toLight, right);
+        window.w = 0.25 * toLight;
+        window.u0 = 0.2 * double(random.number());
+        window.v0 = 0.2 * double(random.number());
+        window.w0 = -1.5;
+        return window;
+    }
     ShadowMapView view() const {
         return {
             {&info, 1}, {pageTable.data(), pageTable.size()}, {depths.data(), depths.size()}, 4};
@@ -62,25 +81,27 @@ struct RandomMap {
     std::vector<uint32_t> pageTable, depths;
 };
 
-class LookupLanesBy : public testing::TestWithParam<StreamIsa> {
+class LookupLanesOf : public testing::TestWithParam<std::tuple<StreamIsa, bool>> {
 protected:
     void SetUp() override {
         RecordProperty("seed", std::to_string(kLookupSeed));
-        if (!hasStreamIsa(GetParam()))
-            GTEST_SKIP() << "this processor or build has no " << streamIsaName(GetParam());
+        if (!hasStreamIsa(isa()))
+            GTEST_SKIP() << "this processor or build has no " << streamIsaName(isa());
     }
+    static StreamIsa isa() { return std::get<0>(GetParam()); }
+    static bool isWindow() { return std::get<1>(GetParam()); }
 };
 
-TEST_P(LookupLanesBy, EqualTheOneTextBitForBit) {
+TEST_P(LookupLanesOf, EqualTheOneTextBitForBit) {
     Random random;
-    LookupLanes lookups(GetParam());
-    SampleLanes lanes(GetParam());
+    LookupLanes lookups(isa());
+    SampleLanes lanes(isa());
     uint32_t missingTotal = 0;
     std::array<uint32_t, 256> histogram{};
     for (int round = 0; round < 400; ++round) {
         const uint32_t faceTexels = 1 + random.below(round % 2 == 0 ? 24 : 300);
         const RandomMap map(random, faceTexels, round % 5 == 0 ? 2.0f : 0.0f,
-                            std::array{0u, 0u, 2u, 10u}[size_t(round) % 4]);
+                            std::array{0u, 0u, 2u, 10u}[size_t(round) % 4], isWindow());
         const ShadowMapBias bias{std::array{0.0f, 0.5f, 3.0f}[size_t(round) % 3],
                                  std::array{1u, 4u, 9u}[size_t(round / 3) % 3]};
         const uint32_t count = random.below(70);
@@ -91,12 +112,13 @@ TEST_P(LookupLanesBy, EqualTheOneTextBitForBit) {
             glm::vec3 d = random.point();
             if (random.below(4) == 0) // near an edge between faces
                 d[int(random.below(3))] = d[0] * (1.0f + 0.05f * random.number());
-            glm::vec3 position = map.info.lightPositionWorld + d;
+            const glm::vec3 away = isWindow() ? -glm::vec3(map.info.window.w) : d;
+            glm::vec3 position = isWindow() ? d : map.info.lightPositionWorld + d;
             glm::vec3 normal = glm::normalize(random.point());
-            if (random.below(3) != 0 && glm::dot(normal, d) > 0.0f)
+            if (random.below(3) != 0 && glm::dot(normal, away) > 0.0f)
                 normal = -normal;
             if (random.below(8) == 0) // grazing
-                normal = glm::normalize(glm::cross(d, random.point()) - 0.01f * d);
+                normal = glm::normalize(glm::cross(away, random.point()) - 0.01f * away);
             if (random.below(40) == 0)
                 position = map.info.lightPositionWorld;
             if (random.below(40) == 0)
@@ -131,12 +153,14 @@ TEST_P(LookupLanesBy, EqualTheOneTextBitForBit) {
               200);
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryIsa, LookupLanesBy,
-                         testing::Values(StreamIsa::kPortable, StreamIsa::kAvx2,
-                                         StreamIsa::kAvx512),
+INSTANTIATE_TEST_SUITE_P(EveryIsa, LookupLanesOf,
+                         testing::Combine(testing::Values(StreamIsa::kPortable, StreamIsa::kAvx2,
+                                                          StreamIsa::kAvx512),
+                                          testing::Bool()),
                          [](const auto& info) {
-                             const std::string name = streamIsaName(info.param);
-                             return name == "AVX-512" ? std::string("AVX512") : name;
+                             const std::string name = streamIsaName(std::get<0>(info.param));
+                             return (name == "AVX-512" ? std::string("AVX512") : name) +
+                                    (std::get<1>(info.param) ? "Window" : "Cube");
                          });
 
 } // namespace
