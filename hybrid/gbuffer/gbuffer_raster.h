@@ -56,12 +56,14 @@ struct PixelRect {
 };
 
 /// Returns the pixels that may see the part of a triangle beyond the near plane.
-SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view) {
+/// @param nearest receives the depth of its nearest corner
+SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view, float& nearest) {
     double minX = 1e30, minY = 1e30, maxX = -1e30, maxY = -1e30;
     glm::dvec3 p[3]; // right, up, forward
     for (int i = 0; i < 3; ++i)
         p[i] = {glm::dot(t.corner[i], view.right), glm::dot(t.corner[i], view.up),
                 glm::dot(t.corner[i], view.forward)};
+    nearest = glm::min(float(p[0].z), glm::min(float(p[1].z), float(p[2].z)));
     const auto add = [&](double x, double y, double z) {
         minX = glm::min(minX, x / z);
         maxX = glm::max(maxX, x / z);
@@ -116,6 +118,12 @@ struct SeenTriangle {
     double plane;
     uint32_t triangle;
     PixelRect rect; ///< pixels that may see it
+    float nearest;  ///< depth of its nearest corner
+
+    /// Returns the depth at which a pixel sees it. Where its plane passes through the eye, to
+    /// rounding, the quotient is arbitrary; nothing is seen before its nearest corner. @param along
+    /// the function of the plane
+    SDAG_HD double depthAt(double along) const { return glm::max(plane / along, double(nearest)); }
 };
 
 /// Returns whether a triangle may be seen, and its setup.
@@ -124,7 +132,7 @@ SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, con
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
     if (t.isDegenerate)
         return false;
-    seen.rect = boundPixels(t, view);
+    seen.rect = boundPixels(t, view, seen.nearest);
     if (seen.rect.minX > seen.rect.maxX || seen.rect.minY > seen.rect.maxY)
         return false;
     for (int i = 0; i < 4; ++i) {
@@ -157,7 +165,7 @@ SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangl
                 (e0 >= 0.0 && e1 >= 0.0 && e2 >= 0.0) || (e0 <= 0.0 && e1 <= 0.0 && e2 <= 0.0);
             if (!isInside)
                 continue;
-            const double depth = seen.plane / (row[3] + double(x) * seen.perX[3]);
+            const double depth = seen.depthAt(row[3] + double(x) * seen.perX[3]);
             if (!(depth >= view.znear && depth <= view.zfar)) // NaN: seen edge on
                 continue;
             // A corner's weight is the function of the edge opposite to it.
@@ -252,7 +260,7 @@ SDAG_HD inline bool isHidden(const SeenTriangle& seen, const PixelRect& column,
     const auto depth = [&](int y) {
         return seen.plane /
                (seen.start[3] + double(y) * seen.perY[3] + double(column.minX) * seen.perX[3]);
-    };
+    }; // depthAt is no nearer
     const double top = depth(column.minY), bottom = depth(column.maxY);
     if (!(top > 0.0 && bottom > 0.0)) // its plane passes through the camera's between them
         return false;

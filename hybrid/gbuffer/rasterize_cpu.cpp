@@ -3,7 +3,8 @@
 // once, and four pixels of a row are covered at once, by the same operations in the same order, so
 // that the visibility buffer has the same bits. Only the rectangle of pixels that may see a
 // triangle is computed otherwise; its margin is far more than the difference. What a lane cannot
-// handle uses the shared code.
+// handle uses the shared code. Batches whose box lies behind what all its pixels see are left out:
+// they could not change a pixel.
 #include "hybrid/gbuffer/rasterize_cpu.h"
 
 #include "cuda/backend.h"
@@ -21,7 +22,7 @@ namespace {
 
 /// A batch that may be seen.
 struct SeenBatch {
-    float nearest; ///< of its box, along the camera's forward axis
+    float nearest; ///< no depth of its triangles, by SeenTriangle::depthAt, is less
     uint32_t batch;
 };
 
@@ -36,7 +37,12 @@ std::vector<SeenBatch> seenBatches(const BatchesInView& work) {
                              half = (glm::dvec3(box.max) - glm::dvec3(box.min)) * 0.5;
             const double nearest = glm::dot(work.view.forward, center - work.view.origin) -
                                    glm::dot(glm::abs(work.view.forward), half);
-            seen[b] = {mayBeSeen(box, work.view) ? float(nearest) : 3e38f, uint32_t(b)};
+            // Corners' depths are rounded to 2^-52 of these coordinates, and to floats.
+            const glm::dvec3 largest = glm::abs(center) + half + glm::abs(work.view.origin);
+            const double below =
+                nearest - 0x1p-40 * glm::max(largest.x, glm::max(largest.y, largest.z));
+            seen[b] = {mayBeSeen(box, work.view) ? float(below - 0x1p-20 * glm::abs(below)) : 3e38f,
+                       uint32_t(b)};
         },
         256);
     std::erase_if(seen, [](const SeenBatch& batch) { return !(batch.nearest < 3e38f); });
@@ -54,6 +60,7 @@ using namespace avx2;
 struct alignas(32) SeenTriangles {
     double start[4][4], perX[4][4], perY[4][4];
     double plane[4];
+    float nearest[4];
     int32_t minX[4], minY[4], maxX[4], maxY[4];
 
     SeenTriangle at(int lane, uint32_t triangle) const {
@@ -66,6 +73,7 @@ struct alignas(32) SeenTriangles {
         t.plane = plane[lane];
         t.triangle = triangle;
         t.rect = {minX[lane], minY[lane], maxX[lane], maxY[lane]};
+        t.nearest = nearest[lane];
         return t;
     }
 };
@@ -127,6 +135,7 @@ inline uint32_t setUpSeenLanes(const TriangleView& triangles, const uint32_t* fo
         _mm256_store_pd(t.perY[i], dot(n, stepY));
     }
     _mm256_store_pd(t.plane, dot(normal, corner[0]));
+    _mm_store_ps(t.nearest, _mm256_cvtpd_ps(least(z[0], least(z[1], z[2]))));
     return kept;
 }
 
@@ -165,7 +174,7 @@ inline void coverPixelsLanes(const SeenTriangle& seen, const ViewRays& view,
                              View<uint64_t> visibility) {
     const PixelRect& rect = seen.rect;
     const Lanes zero = _mm256_setzero_pd(), znear = all(view.znear), zfar = all(view.zfar),
-                plane = all(seen.plane);
+                plane = all(seen.plane), nearest = all(double(seen.nearest));
     const Lanes perX[4] = {all(seen.perX[0]), all(seen.perX[1]), all(seen.perX[2]),
                            all(seen.perX[3])};
     constexpr int kNarrow = 8; // pixels, along which it takes less to test them all
@@ -193,7 +202,7 @@ inline void coverPixelsLanes(const SeenTriangle& seen, const ViewRays& view,
                 covered &= (1u << (last - x + 1)) - 1u;
             if (!covered)
                 continue;
-            const Lanes depth = plane / (all(row[3]) + X * perX[3]);
+            const Lanes depth = most(plane / (all(row[3]) + X * perX[3]), nearest);
             covered &= bitsOf(_mm256_and_pd(atLeast(depth, znear), atLeast(zfar, depth)));
             const __m128i depths = _mm_castps_si128(_mm256_cvtpd_ps(depth));
             if constexpr (isShared) {
@@ -265,6 +274,117 @@ void drawBatch(const BatchesInView& work, const Batch& batch, const Batch& next)
     }
 }
 
+/// The farthest depth that the pixels of every tile see so far.
+class SeenDepths {
+public:
+    explicit SeenDepths(const ViewRays& view)
+        : view_(view), across_(tilesOf(view.width)),
+          farthest_(size_t(across_) * tilesOf(view.height)) {}
+
+    /// Reads the visibility buffers, of which a pixel sees the nearest.
+    void update(const std::vector<View<const uint64_t>>& buffers) {
+        parallelFor<CpuTag>(
+            tilesOf(view_.height),
+            [&](size_t row) {
+                const uint32_t end = std::min(uint32_t(row + 1) * kTile, view_.height);
+                uint32_t* const tiles = &farthest_[row * across_];
+                std::fill_n(tiles, across_, 0u);
+                for (uint32_t y = uint32_t(row) * kTile; y < end; ++y)
+                    for (uint32_t x = 0; x < view_.width; x += kTile)
+                        addTile(buffers, size_t(y) * view_.width + x,
+                                std::min(kTile, view_.width - x), tiles[x / kTile]);
+            },
+            1);
+    }
+
+    /// Returns whether nothing of a batch can be seen: at every pixel that may see its box,
+    /// something nearer is.
+    bool hide(const SeenBatch& batch, const Box& box) const {
+        if (!(double(batch.nearest) > view_.znear))
+            return false;
+        double minX = 1e30, minY = 1e30, maxX = -1e30, maxY = -1e30;
+        for (int c = 0; c < 8; ++c) {
+            const glm::vec3 corner(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y,
+                                   c & 4 ? box.max.z : box.min.z);
+            const glm::dvec3 p = glm::dvec3(corner) - view_.origin;
+            const double perZ = 1.0 / glm::dot(p, view_.forward);
+            const double x = glm::dot(p, view_.right) * perZ, y = glm::dot(p, view_.up) * perZ;
+            minX = std::min(minX, x);
+            maxX = std::max(maxX, x);
+            minY = std::min(minY, y);
+            maxY = std::max(maxY, y);
+        }
+        const double scale = 1.0 / view_.pixelSize;
+        const auto tile = [&](double pixel, uint32_t count) {
+            return uint32_t(glm::clamp(pixel, 0.0, double(count - 1))) / kTile;
+        };
+        // A pixel more than boundPixels would give.
+        const uint32_t x0 = tile((minX - view_.firstX) * scale - 1.0, view_.width),
+                       x1 = tile((maxX - view_.firstX) * scale + 1.0, view_.width),
+                       y0 = tile((view_.firstY - maxY) * scale - 1.0, view_.height),
+                       y1 = tile((view_.firstY - minY) * scale + 1.0, view_.height);
+        const uint32_t nearest = std::bit_cast<uint32_t>(batch.nearest);
+        for (uint32_t y = y0; y <= y1; ++y)
+            for (uint32_t x = x0; x <= x1; ++x)
+                if (farthest_[size_t(y) * across_ + x] >= nearest)
+                    return false;
+        return true;
+    }
+
+private:
+    static constexpr uint32_t kTile = 8; ///< pixels along a side
+
+    static uint32_t tilesOf(uint32_t pixels) { return (pixels + kTile - 1) / kTile; }
+    static void addTile(const std::vector<View<const uint64_t>>& buffers, size_t first,
+                        uint32_t count, uint32_t& farthest) {
+        uint32_t nearest[kTile];
+        for (uint32_t i = 0; i < count; ++i)
+            nearest[i] = uint32_t(buffers[0].data[first + i] >> 32);
+        for (size_t b = 1; b < buffers.size(); ++b)
+            for (uint32_t i = 0; i < count; ++i)
+                nearest[i] = std::min(nearest[i], uint32_t(buffers[b].data[first + i] >> 32));
+        for (uint32_t i = 0; i < count; ++i)
+            farthest = std::max(farthest, nearest[i]);
+    }
+
+    const ViewRays& view_;
+    uint32_t across_;
+    std::vector<uint32_t> farthest_; ///< bits of depths, by tile
+};
+
+/// Draws batches in rounds, each without those that the rounds before hide. What is left out does
+/// not depend on threads.
+/// @param buffers that draw() writes @param draw(begin, end) the batches of `seen` with isHidden 0
+template <class Draw>
+void drawInRounds(const BatchesInView& work, const std::vector<SeenBatch>& seen,
+                  const std::vector<View<const uint64_t>>& buffers, std::vector<uint8_t>& isHidden,
+                  const Draw& draw) {
+    constexpr size_t kFirst = 256, kMost = 4096; // batches a round, between two polls
+    constexpr size_t kLeastHidden = 16; // one of so many; where it is less, depths take longer
+    isHidden.assign(seen.size(), 0);
+    SeenDepths depths(work.view);
+    bool doesHide = true;
+    for (size_t begin = 0; begin < seen.size();) {
+        const size_t end = std::min(begin + std::clamp(begin, kFirst, kMost), seen.size());
+        if (begin > 0 && doesHide) {
+            depths.update(buffers);
+            parallelFor<CpuTag>(
+                end - begin,
+                [&](size_t i) {
+                    const SeenBatch& batch = seen[begin + i];
+                    isHidden[begin + i] = depths.hide(batch, work.batchBoxes[batch.batch]);
+                },
+                64);
+            doesHide = size_t(std::count(isHidden.begin() + ptrdiff_t(begin),
+                                         isHidden.begin() + ptrdiff_t(end), 1)) *
+                           kLeastHidden >=
+                       end - begin;
+        }
+        draw(begin, end);
+        begin = end;
+    }
+}
+
 /// Draws with one visibility buffer a thread, which needs no atomics, and merges them.
 /// @param parts of all threads but the first, which draws into work.visibility
 void drawInParts(const BatchesInView& work, const std::vector<SeenBatch>& seen, size_t partCount,
@@ -275,10 +395,12 @@ void drawInParts(const BatchesInView& work, const std::vector<SeenBatch>& seen, 
     const auto visibilityOf = [&](size_t part) {
         return part == 0 ? all : View<uint64_t>{&parts.view()[(part - 1) * all.count], all.count};
     };
-    constexpr size_t kRoundBatches = 512; // between two polls for a cancelled frame
-    constexpr size_t kTaken = 8;          // batches at a time
-    for (size_t begin = 0; begin < seen.size(); begin += kRoundBatches) {
-        const size_t end = std::min(begin + kRoundBatches, seen.size());
+    std::vector<View<const uint64_t>> buffers;
+    for (size_t part = 0; part < partCount; ++part)
+        buffers.push_back({visibilityOf(part).data, all.count});
+    constexpr size_t kTaken = 8; // batches at a time
+    std::vector<uint8_t> isHidden;
+    drawInRounds(work, seen, buffers, isHidden, [&](size_t begin, size_t end) {
         std::atomic<size_t> taken{begin};
         parallelFor<CpuTag>(
             partCount,
@@ -287,11 +409,12 @@ void drawInParts(const BatchesInView& work, const std::vector<SeenBatch>& seen, 
                 own.visibility = visibilityOf(part);
                 for (size_t first; (first = taken.fetch_add(kTaken)) < end;)
                     for (size_t i = first; i < std::min(first + kTaken, end); ++i)
-                        drawBatch<false>(own, work.batches[seen[i].batch],
-                                         work.batches[seen[std::min(i + 1, end - 1)].batch]);
+                        if (!isHidden[i])
+                            drawBatch<false>(own, work.batches[seen[i].batch],
+                                             work.batches[seen[std::min(i + 1, end - 1)].batch]);
             },
             1);
-    }
+    });
     if (partCount > 1)
         parallelFor<CpuTag>(
             all.count,
@@ -312,13 +435,19 @@ void drawBatches(const BatchesInView& work, const std::vector<SeenBatch>& seen,
         drawInParts(work, seen, threads, parts);
         return;
     }
-    parallelFor<CpuTag>(
-        seen.size(),
-        [&](size_t i) {
-            const size_t next = std::min(i + 1, seen.size() - 1);
-            drawBatch<true>(work, work.batches[seen[i].batch], work.batches[seen[next].batch]);
-        },
-        8);
+    std::vector<uint8_t> isHidden;
+    drawInRounds(work, seen, {{work.visibility.data, work.visibility.count}}, isHidden,
+                 [&](size_t begin, size_t end) {
+                     parallelFor<CpuTag>(
+                         end - begin,
+                         [&](size_t k) {
+                             const size_t i = begin + k, next = std::min(i + 1, end - 1);
+                             if (!isHidden[i])
+                                 drawBatch<true>(work, work.batches[seen[i].batch],
+                                                 work.batches[seen[next].batch]);
+                         },
+                         8);
+                 });
 }
 
 #else

@@ -36,11 +36,12 @@ struct FillVisibility {
             nearest = glm::min(nearest, glm::dot(corner, view.forward));
             farthest = glm::max(farthest, glm::dot(corner, view.forward));
         }
+        const double seenDepth = glm::max(depth, double(float(nearest))); // SeenTriangle::depthAt
         nearest = glm::max(view.znear, nearest * (1.0 - kMostBeyond));
         farthest = glm::min(view.zfar, farthest * (1.0 + kMostBeyond));
         if (!(depth >= nearest && depth <= farthest))
             return;
-        visibility[i] = uint64_t(std::bit_cast<uint32_t>(float(depth))) << 32 | seen[i];
+        visibility[i] = uint64_t(std::bit_cast<uint32_t>(float(seenDepth))) << 32 | seen[i];
     }
 };
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -236,6 +237,82 @@ TEST(GBuffer, NothingBeforeTheNearOrBehindTheFarPlaneIsSeen) {
         const GBuffer gbuffer = drawSoup(soup, view);
         for (size_t i = 0; i < gbuffer.triangle.size(); ++i)
             EXPECT_EQ(gbuffer.triangle.at(i), kBackground) << z;
+    }
+}
+
+// Triangles of about a pixel, near the world's origin and where floats are coarse: none that
+// touches a pixel's centre is left out.
+TEST(GBuffer, TinyTrianglesAreDrawnFarFromTheOriginToo) {
+    constexpr uint64_t kSeed = 20261127;
+    RecordProperty("seed", std::to_string(kSeed));
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    const auto point = [&] {
+        const float x = unit(random), y = unit(random), z = unit(random);
+        return glm::vec3(x, y, z);
+    };
+    for (const float offset : {0.0f, 300.0f, 1e5f, 1e7f, 9e8f}) {
+        SCOPED_TRACE(offset);
+        const float scale = std::max(1.0f, offset / 300.0f);
+        Camera camera = frontCamera();
+        camera.positionWorld = offset * glm::vec3(1.0f, -0.7f, 0.4f);
+        camera.znear *= scale;
+        camera.zfar *= scale;
+        const ViewRays view = makeViewRays(camera, 160, 120);
+        TriangleSoup soup;
+        for (int i = 0; i < 30000; ++i) {
+            const glm::vec3 center = camera.positionWorld + scale * 8.0f * point();
+            const float size = scale * 0.08f * (1.0f + unit(random));
+            soup.add(center + size * point(), center + size * point(), center + size * point());
+        }
+        const std::vector<uint64_t> drawn = drawSoup(soup, view).visibility.download();
+        EXPECT_EQ(drawn, drawSoup(soup, view, GBufferDraw::kBySlot).visibility.download());
+        EXPECT_GT(std::count_if(drawn.begin(), drawn.end(),
+                                [](uint64_t seen) { return seen != kNothingSeen; }),
+                  1000);
+    }
+}
+
+// A wall hides most batches: none that a pixel sees is left out, nor one of triangles whose planes
+// pass through the eye, where quotients give any depth.
+TEST(GBuffer, BatchesBehindAWallAreDrawnWhereTheyAreSeen) {
+    constexpr uint64_t kSeed = 20261128;
+    RecordProperty("seed", std::to_string(kSeed));
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    const auto point = [&] {
+        const float x = unit(random), y = unit(random), z = unit(random);
+        return glm::vec3(x, y, z);
+    };
+    TriangleSoup soup;
+    soup.addQuad({-1.9f, -1.5f, -2.0f}, {1.1f, -1.6f, -2.2f}, {1.2f, 1.4f, -2.1f},
+                 {-1.8f, 1.3f, -1.9f});
+    for (int i = 0; i < 150000; ++i) {
+        const glm::vec3 center = glm::vec3(0, 0, -12) + 11.0f * point();
+        soup.add(center + 0.1f * point(), center + 0.1f * point(), center + 0.1f * point());
+    }
+    for (int i = 0; i < 3000; ++i) {
+        const float height = std::exp2(-30.0f - float(i % 100));
+        const auto flat = [&] {
+            const glm::vec3 p = point();
+            const float z = -11.0f + 8.0f * p.z; // behind the wall
+            return glm::vec3(0.3f * z * p.x, height * p.y, z);
+        };
+        const glm::vec3 a = flat(), b = flat();
+        soup.add(a, b, flat());
+    }
+    for (const glm::uvec2 size : {glm::uvec2(161, 99), glm::uvec2(13, 7)}) {
+        const ViewRays view = makeViewRays(frontCamera(), size.x, size.y);
+        const std::vector<uint64_t> bySlot =
+            drawSoup(soup, view, GBufferDraw::kBySlot).visibility.download();
+        for (const int threads : {1, 3, 8}) {
+            setThreadCount(threads);
+            EXPECT_EQ(drawSoup(soup, view).visibility.download(), bySlot) << threads << " threads";
+        }
+        setThreadCount(0);
+        EXPECT_GT(std::count_if(bySlot.begin(), bySlot.end(),
+                                [](uint64_t seen) { return uint32_t(seen) < 2; }),
+                  ptrdiff_t(bySlot.size() / 5));
     }
 }
 
