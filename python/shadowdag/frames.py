@@ -1,18 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of a scene, and where their pairs lie in the picture."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
+from ._native import Frame, Scene
 from .scenes import camera_numbers
 
 
-def frame(self, settings=None, /, *, record=True, progress=None, **more):
+def frame(self: Scene, settings: Mapping[str, Any] | None = None, /, *, record: bool = True,
+          progress: Callable[[str, float], Any] | None = None, **more: Any) -> Frame:
     """Renders one frame and returns it as a Frame.
 
     settings, more: the settings of the frame, as a dict or as keywords: method, model, variant, costs, time, resolution
     and those of experiment files; frame_settings() lists them with defaults and help. `model` may be a function: see
-    cost_model; `size` a pair as Frame.size has it; `camera` 6 to 10 numbers, as scene() has them. A bad value, an unknown key and a setting that the method does not read raise UsageError, with the
-    program's own messages. record=False keeps no pairs and counts nothing for reports, as frames are timed.
+    cost_model; `size` a pair as Frame.size has it; `camera` 6 to 10 numbers, as scene() has them. A bad value, an unknown
+    key and a setting that the method does not read raise UsageError, with the program's own messages. record=False keeps no pairs and counts nothing for reports, as frames are timed.
     progress: callable (what, fraction in [0, 1]).
     Every frame depends on its settings alone, not on frames before. Deterministic but for times.
     """
@@ -24,7 +32,7 @@ def frame(self, settings=None, /, *, record=True, progress=None, **more):
     return _native.render(self, asked, record, progress)
 
 
-def pixels_of_pairs(frame):
+def pixels_of_pairs(frame: Frame) -> NDArray[np.uint32]:
     """Returns the pixel of each pair, uint32, (pairs, 2): x to the right and y down."""
     first = frame.first_pair
     sample = np.repeat(np.arange(len(first) - 1, dtype=np.uint32), np.diff(first).astype(np.int64))
@@ -32,7 +40,7 @@ def pixels_of_pairs(frame):
     return np.stack([sample % width, sample // width], axis=1)
 
 
-def worst_pixels(frame, count=10):
+def worst_pixels(frame: Frame, count: int = 10) -> list[tuple[int, int, NDArray[np.intp]]]:
     """Returns the pixels with most wrong pairs: a list of (x, y, indices of the wrong pairs), the worst first."""
     wrong = np.flatnonzero(frame.judge()["verdicts"] != 0)
     pixels = pixels_of_pairs(frame)[wrong].astype(np.int64)

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Times and errors of several configurations on one view, cost models written in Python among them."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 from . import _native
-from ._native import UsageError
+from ._native import Scene, UsageError
 from .results import Results
 
 
-def cost_model(counts=None, name=None):
+def cost_model(counts: str | Sequence[str] | Callable[..., Any] | None = None, name: str | None = None) -> Callable[..., Any]:
     """Returns a decorator that says what a cost model reads.
 
     A cost model is a function that receives a structured array with a row for each shadow map: light, octave, texels
@@ -29,7 +34,8 @@ def cost_model(counts=None, name=None):
     return mark
 
 
-def measure(scene, runs, *, repeats=5, warmups=1, progress=None):
+def measure(scene: Scene, runs: Sequence[Mapping[str, Any]] | Mapping[str, Mapping[str, Any]], *, repeats: int = 5,
+            warmups: int = 1, progress: Callable[[str, float], Any] | None = None) -> Results:
     """Measures configurations on one view of a scene and returns Results.
 
     runs: dicts of settings as Scene.frame takes them, in a list, or in a dict by label. All need one size, camera and

@@ -4,6 +4,8 @@
 Frames are rendered in this process; whole measurements run in the program, which resumes, writes reports and takes its
 times without an interpreter beside it.
 """
+from __future__ import annotations
+
 import json
 import os
 import re
@@ -12,10 +14,15 @@ import signal
 import subprocess
 import tempfile
 import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Union
 
 from . import _native
 from ._native import DefectError, DeviceError, Error, InputError, ResourceError, UsageError
-from .results import load_results
+from .results import Results, load_results
+
+Path = Union[str, os.PathLike[str]]
+Progress = Union[Callable[[str, float], Any], None]
 
 PACKAGE = os.path.dirname(os.path.abspath(__file__))
 PROGRESS = re.compile(r"(.*): (\d+) %, ")
@@ -36,7 +43,7 @@ def candidates():
         yield found
 
 
-def program():
+def program() -> str:
     """Returns the path of the program of this module's version.
 
     Raises UsageError if there is none, or if it is of another commit, whose results would be others.
@@ -55,7 +62,7 @@ def program():
                      "SHADOWDAG_PROGRAM")
 
 
-def run_program(*arguments, progress=None):
+def run_program(*arguments: Path, progress: Progress = None) -> dict[str, Any]:
     """Runs `shadowdag ARGUMENT... --json` and returns its JSON object.
 
     progress: callable (text, fraction) that receives what is done and how far it is, from 0 to 1, about every second.
@@ -103,7 +110,9 @@ def options_of(more):
     return options
 
 
-def compare(scenes=(), output=None, *, experiment=None, charts=True, progress=None, **options):
+def compare(scenes: Path | Sequence[Path] = (), output: Path | None = None, *,
+            experiment: Mapping[str, Any] | Path | None = None, charts: bool = True, progress: Progress = None,
+            **options: Any) -> Results:
     """Runs `shadowdag compare` and returns its Results.
 
     scenes: one SCENE or several. output: directory of the report; None: a temporary one, which is removed.
@@ -115,10 +124,10 @@ def compare(scenes=(), output=None, *, experiment=None, charts=True, progress=No
     with tempfile.TemporaryDirectory(prefix="shadowdag") as temporary:
         directory = os.path.join(temporary, "report") if output is None else os.fspath(output)
         arguments = ["compare", *scenes, "-o", directory, *options_of(options)]
-        if isinstance(experiment, dict):
+        if isinstance(experiment, Mapping):
             path = os.path.join(temporary, "experiment.json")
             with open(path, "w", encoding="utf-8") as file:
-                json.dump(experiment, file)
+                json.dump(dict(experiment), file)
             arguments += ["--experiment", path]
         elif experiment is not None:
             arguments += ["--experiment", os.fspath(experiment)]
@@ -148,7 +157,7 @@ def read_lights(path):
         return [{key: number(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
-def study(name, output, *, charts=True, progress=None, **options):
+def study(name: Path, output: Path, *, charts: bool = True, progress: Progress = None, **options: Any) -> Results:
     """Runs `shadowdag study NAME -o OUTPUT` and returns its Results, also where its bounds do not hold.
 
     options: those of the program, as only="acne".
@@ -158,7 +167,8 @@ def study(name, output, *, charts=True, progress=None, **options):
     return load_results(output)
 
 
-def calibrate(scenes, output, *, progress=None, **options):
+def calibrate(scenes: Path | Sequence[Path], output: Path, *, progress: Progress = None,
+              **options: Any) -> dict[str, Any]:
     """Runs `shadowdag calibrate`, which fits the cost model `cost` to this machine, and returns its JSON object.
 
     output: the file that the setting costs takes. options: those of the program, as quick=True.

@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of measure, compare and study as pandas frames and matplotlib figures."""
+from __future__ import annotations
+
 import json
 import os
+from typing import TYPE_CHECKING, Any
 
 from ._native import InputError
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas
 
 
 def need(module, package):
@@ -18,11 +25,11 @@ def need(module, package):
 class Results:
     """The results of measure(), compare() or study(): `data` has the form of results.json or the study's file."""
 
-    def __init__(self, data, directory=None):
+    def __init__(self, data: dict[str, Any], directory: str | None = None) -> None:
         """data: a dict. directory: of the report, or None."""
         self.data, self.directory = data, directory
 
-    def table(self, name):
+    def table(self, name: str) -> pandas.DataFrame:
         """Returns a list of the data as a pandas frame: dicts become columns named "outer.inner"; lists stay.
 
         Raises KeyError for a name that the data do not have as a list.
@@ -34,25 +41,25 @@ class Results:
         return pandas.json_normalize(rows)
 
     @property
-    def tables(self):
+    def tables(self) -> list[str]:
         """The names of the lists of the data, which table() takes."""
         return [name for name, value in self.data.items()
                 if isinstance(value, list) and value and isinstance(value[0], dict)]
 
     @property
-    def runs(self):
+    def runs(self) -> pandas.DataFrame:
         """One row for each scene, frame and configuration: label, method, time_ms, errors, counts and parameters."""
         return self.table("runs")
 
     @property
-    def lights(self):
+    def lights(self) -> pandas.DataFrame:
         """One row for each configuration and light, with its errors."""
         if "lights" in self.data:
             return self.table("lights")
         pandas = need("pandas", "python3-pandas")
         return pandas.read_csv(os.path.join(self.directory, "lights.csv"))
 
-    def charts(self, name=None):
+    def charts(self, name: str | None = None) -> dict[str, matplotlib.figure.Figure]:
         """Returns the charts of the runs as a dict of matplotlib figures by file name, as the report names them.
 
         Raises UsageError where runs have no times.
@@ -60,7 +67,7 @@ class Results:
         from .charts import draw
         return draw(self.data, name)
 
-    def chart(self):
+    def chart(self) -> matplotlib.figure.Figure:
         """Returns the chart of time against error of the first scene, a matplotlib figure."""
         figures = self.charts("speed_accuracy")
         return next(iter(figures.values()))
@@ -77,7 +84,7 @@ class Results:
         return f"<Results: {', '.join(f'{len(self.data[name])} {name}' for name in self.tables)}>"
 
 
-def load_results(path):
+def load_results(path: str | os.PathLike[str]) -> Results:
     """Returns the Results of a directory that compare or study wrote, or of one of its JSON files.
 
     Raises InputError naming the file that is missing, or no results.

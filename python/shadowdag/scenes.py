@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes from numpy arrays."""
+from __future__ import annotations
+
 import os
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._native import UsageError
+from ._native import Scene, UsageError
 
 KINDS = {"point": 0, "spot": 1, "directional": 2}
 COLUMNS = 13  # position, direction, intensity, range, kind, inner and outer cone angle
@@ -21,7 +25,8 @@ def filled(rows, name, value):
                          "light") from None
 
 
-def lights(position, intensity=1.0, direction=(0.0, -1.0, 0.0), range=0.0, kind="point", inner=0.0, outer=0.7853982):
+def lights(position: ArrayLike, intensity: ArrayLike = 1.0, direction: ArrayLike = (0.0, -1.0, 0.0), range: ArrayLike = 0.0,
+           kind: str | Sequence[str] = "point", inner: ArrayLike = 0.0, outer: ArrayLike = 0.7853982) -> NDArray[np.float64]:
     """Returns rows of lights for scene(), float64, (n, 13). Every argument is one value for all lights or one a light.
 
     position: (n, 3) or (3,), world units. intensity: candela (lux of directional lights), a number or RGB for all, (n,)
@@ -54,15 +59,17 @@ def lights(position, intensity=1.0, direction=(0.0, -1.0, 0.0), range=0.0, kind=
     return rows
 
 
-def camera_numbers(camera):
+def camera_numbers(camera: str | ArrayLike) -> str:
     """Returns a camera as text: of 6 to 10 numbers, or text as it is."""
     if isinstance(camera, str):
         return camera
     return ",".join(repr(float(number)) for number in np.asarray(camera, np.float64).ravel())
 
 
-def scene(vertices, triangles, lights=None, cameras=None, *, color=(0.8, 0.8, 0.8), name="arrays", placed_lights=-1,
-          light_seed=1, backend="auto", cache=""):
+def scene(vertices: ArrayLike, triangles: ArrayLike, lights: ArrayLike | None = None,
+          cameras: Mapping[str, str | ArrayLike] | str | ArrayLike | None = None, *, color: ArrayLike = (0.8, 0.8, 0.8),
+          name: str = "arrays", placed_lights: int = -1, light_seed: int = 1, backend: str = "auto",
+          cache: str | os.PathLike[str] = "") -> Scene:
     """Returns a Scene of arrays, which are copied once.
 
     vertices: (n, 3), world units. triangles: (m, 3), indices into vertices; both sides are seen.

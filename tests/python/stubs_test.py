@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stubs name exactly what the extension has, with the same arguments, and everything public has a docstring."""
+"""The stubs name exactly what the extension has, with the same arguments; everything public has a docstring and types."""
 import ast
 import inspect
 import pathlib
@@ -62,6 +62,19 @@ class Stubs(unittest.TestCase):
             self.assertTrue(inspect.getdoc(made), name)
             for member in public(made) if inspect.isclass(made) and not issubclass(made, BaseException) else ():
                 self.assertTrue(inspect.getdoc(getattr(made, member)), f"{name}.{member}")
+
+    def test_everything_public_in_python_is_annotated(self):
+        checked = 0
+        functions = [getattr(sd, name) for name in sd.__all__] + [vars(sd.Results)[name] for name in public(sd.Results)]
+        for function in functions:
+            function = function.fget if isinstance(function, property) else function
+            if not inspect.isfunction(function):
+                continue
+            for name, parameter in inspect.signature(function).parameters.items():
+                self.assertTrue(name == "self" or parameter.annotation is not parameter.empty, f"{function.__name__}: {name}")
+            self.assertIn("return", function.__annotations__, function.__name__)
+            checked += 1
+        self.assertGreater(checked, 15)
 
 
 if __name__ == "__main__":
