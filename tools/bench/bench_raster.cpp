@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <deque>
 #include <ostream>
 
 namespace shadowdag {
@@ -55,6 +56,41 @@ TexelRays makeTexelRays(const ShadowMapView& view, const RasterBenchInputs& inpu
         rays.isClosed.push_back(isClosed);
     }
     return rays;
+}
+
+/// Maps of one resolution that are drawn again and again.
+struct DrawnSize {
+    RasterBenchInputs inputs;
+    ShadowMaps maps{Backend::kCpu};
+    std::vector<double> rasterizationMs;
+};
+
+/// Returns the cost of a triangle and of a texel in ns of a thread that fit the medians of the
+/// sizes' rasterization best, by least squares of relative errors; none when they are not told
+/// apart.
+Json fitRasterization(const std::deque<DrawnSize>& sizes) {
+    double tt = 0, tx = 0, xx = 0, t1 = 0, x1 = 0;
+    Json points = Json::array();
+    for (const DrawnSize& size : sizes) {
+        const ShadowMapCounts& counts = size.maps.counts();
+        const double ns = 1e6 * double(threadCount()) * Spread::of(size.rasterizationMs).median;
+        const double t = double(counts.triangleDrawCount) / ns, x = double(counts.texelCount) / ns;
+        tt += t * t;
+        tx += t * x;
+        xx += x * x;
+        t1 += t;
+        x1 += x;
+        points.push_back({{"triangle_draw_count", counts.triangleDrawCount},
+                          {"texel_count", counts.texelCount},
+                          {"rasterization_ms", Spread::of(size.rasterizationMs).median}});
+    }
+    Json fit = {{"points", points}, {"ns_per_triangle", nullptr}, {"ns_per_texel", nullptr}};
+    const double determinant = tt * xx - tx * tx;
+    if (determinant > 1e-6 * tt * xx) {
+        fit["ns_per_triangle"] = (t1 * xx - x1 * tx) / determinant;
+        fit["ns_per_texel"] = (x1 * tt - t1 * tx) / determinant;
+    }
+    return fit;
 }
 
 Json spreadJson(const Spread& spread) {
@@ -130,6 +166,25 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
                                            std::to_string(inputs.receivers.size()) +
                                            " depths differ from Embree's; please report the scene");
 
+    // The same maps at several resolutions tell what a triangle takes from what a texel takes.
+    std::deque<DrawnSize> sizes;
+    for (uint32_t halvings = 0; halvings < 4 && options.faceTexels >> halvings >= 8; ++halvings) {
+        RasterBenchOptions of = options;
+        of.faceTexels >>= halvings;
+        sizes.emplace_back().inputs = makeRasterBenchInputs(world, camera, of);
+    }
+    for (int r = -1; r < options.repeats; ++r) // once to warm up
+        for (DrawnSize& size : sizes) {
+            StageTimes stages;
+            mapOptions.useAtomicRasterizer = false;
+            size.maps.build(size.inputs.requests, size.inputs.boxes, size.inputs.receivers,
+                            world.triangles(), batches.view(), mapOptions, stages);
+            for (const auto& [name, timeMs] : stages.stagesMs)
+                if (name == "rasterization" && r >= 0)
+                    size.rasterizationMs.push_back(timeMs);
+            checkInterrupted();
+        }
+
     StageTimes order;
     std::vector<std::vector<double>> times;
     std::vector<double> total, processor;
@@ -169,6 +224,7 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
         {"stages", Json::object()},
         {"total", spreadJson(Spread::of(total))},
         {"total_cpu", spreadJson(Spread::of(processor))},
+        {"fit", fitRasterization(sizes)},
         {"embree", Json::array()}};
     for (size_t s = 0; s < times.size(); ++s)
         result["stages"][order.stagesMs[s].first] = spreadJson(Spread::of(times[s]));
@@ -214,6 +270,12 @@ void printRasterBench(std::ostream& out, const Json& result) {
         row(stage, spread);
     row("total", result["total"]);
     row("total, processor", result["total_cpu"]);
+    if (const Json& fit = result["fit"]; fit["ns_per_triangle"].is_number()) {
+        std::snprintf(line, sizeof line,
+                      "rasterization      %9.2f ns of a thread a triangle, and %.2f ns a texel\n",
+                      number(fit, "ns_per_triangle"), number(fit, "ns_per_texel"));
+        out << line;
+    }
     for (const Json& rate : result["embree"]) {
         std::snprintf(
             line, sizeof line,

@@ -3,6 +3,7 @@
 // verifying the results.
 #include "tools/bench/bench_device.h"
 #include "tools/bench/bench_raster.h"
+#include "tools/bench/bench_shading.h"
 #include "tools/bench/bench_voxel.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/camera_text.h"
@@ -25,7 +26,7 @@ namespace {
 struct BenchOptions {
     GlobalOptions global;
     std::string name, scene = "builtin:atrium";
-    std::string size = "320x180", camera, lights = "-1", seed = "1", repeats = "5";
+    std::string size = "320x180", camera, lights = "-1", seed = "1", repeats = "10";
     std::string resolution = "1024", nanoVdbLimit = "2048", frameSize;
     std::string maps = "40", faceTexels = "512",
                 pageSize = std::to_string(ShadowMapOptions{}.pageTexels);
@@ -33,10 +34,11 @@ struct BenchOptions {
 
 void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    const bool isVoxel = options.name == "voxel";
-    if (!isVoxel && options.name != "raster")
-        throw Error(ErrorKind::kUsage, "bench '" + options.name +
-                                           "': there is no such benchmark; use voxel or raster");
+    const bool isVoxel = options.name == "voxel", isRaster = options.name == "raster";
+    if (!isVoxel && !isRaster && options.name != "shading")
+        throw Error(ErrorKind::kUsage,
+                    "bench '" + options.name +
+                        "': there is no such benchmark; use voxel, raster or shading");
     const bool isOnDevice = options.global.backend == "cuda";
     if (options.global.backend == "gl" || (isOnDevice && !isVoxel))
         throw Error(ErrorKind::kUsage, "bench '" + options.name + "' runs on the CPU" +
@@ -48,22 +50,24 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
         if (!isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");
     for (const char* option : {"--maps", "--face", "--page-size"})
-        if (isVoxel && commandLine.given(option))
+        if (!isRaster && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench raster; drop it");
     options.global.apply(console, false, false);
     const Backend backend = isOnDevice ? Backend::kCuda : Backend::kCpu;
 
     VoxelBenchOptions voxel;
     RasterBenchOptions raster;
+    ShadingBenchOptions shading;
     const auto [width, height] = parseSize("--size", options.size);
-    voxel.width = raster.width = width;
-    voxel.height = raster.height = height;
+    voxel.width = raster.width = shading.width = width;
+    voxel.height = raster.height = shading.height = height;
     voxel.frameWidth = width;
     voxel.frameHeight = height;
     if (!options.frameSize.empty())
         std::tie(voxel.frameWidth, voxel.frameHeight) =
             parseSize("--frame-size", options.frameSize);
-    voxel.repeats = raster.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+    voxel.repeats = raster.repeats = shading.repeats =
+        int(parseInteger("--repeats", options.repeats, 1, 1000));
     voxel.resolutionLog2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     voxel.nanoVdbResolutionLog2 =
         parsePowerOfTwo("--nanovdb-limit", options.nanoVdbLimit, 1, 131072);
@@ -78,13 +82,15 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const CpuUse use;
     Json result = isOnDevice ? runDeviceBench(backend, *scene.world, camera, voxel, console)
                   : isVoxel  ? runVoxelBench(*scene.world, camera, voxel, console)
-                             : runRasterBench(*scene.world, camera, raster, console);
+                  : isRaster ? runRasterBench(*scene.world, camera, raster, console)
+                             : runShadingBench(*scene.world, camera, shading, console);
     if (isVoxel && !result.contains("nanovdb_bytes"))
         console.note("NanoVDB is omitted above --nanovdb-limit " + options.nanoVdbLimit);
     console.people() << scene.name << " at " << options.size << "\n";
     isOnDevice ? printDeviceBench(console.people(), result)
     : isVoxel  ? printVoxelBench(console.people(), result)
-               : printRasterBench(console.people(), result);
+    : isRaster ? printRasterBench(console.people(), result)
+               : printShadingBench(console.people(), result);
     result["scene"] = scene.name;
     result["scene_hash"] = scene.geometryHash;
     result["content_hash"] = scene.contentHash;
@@ -107,7 +113,8 @@ std::function<void()> declareBench(CommandLine& commandLine) {
     commandLine.text(
         "NAME", options->name, "",
         "voxel: voxelization and shadow rays, compared with Embree and NanoVDB; raster: "
-        "shadow maps stage by stage, compared with Embree",
+        "shadow maps stage by stage, compared with Embree; shading: G-buffer, marking, colour and "
+        "lookups",
         true);
     commandLine.text("SCENE", options->scene, "", std::string(kSceneHelp) + " [builtin:atrium]");
     commandLine.heading("View");
@@ -119,7 +126,7 @@ std::function<void()> declareBench(CommandLine& commandLine) {
                      "Replace the scene's lights by N generated lights [-1: keep them]");
     commandLine.text("--seed", options->seed, "S", "Seed of the generated lights [1]");
     commandLine.text("--repeats", options->repeats, "N",
-                     "Number of repetitions; the median is reported [5]");
+                     "Number of repetitions; the median is reported [10]");
     commandLine.heading("voxel");
     commandLine.text("--resolution", options->resolution, "N",
                      "Voxels per axis, a power of two [1024]");

@@ -110,8 +110,29 @@ TEST(ProgramBench, RasterComparesDepthsWithEmbree) {
     EXPECT_EQ(json["embree"].size(), 4u);
 }
 
+TEST(ProgramBench, ShadingVerifiesEveryLookup) {
+    const TemporaryDirectory directory;
+    for (const char* scene : {"builtin:fail-self-shadow", "builtin:houses-by-day"}) {
+        const ProgramResult result = runShadowdag(
+            directory, {"bench", "shading", scene, "--size", "64x36", "--repeats", "2", "--json"});
+        ASSERT_EQ(result.status, 0) << result.err;
+        const Json json = result.json();
+        EXPECT_TRUE(json["provenance"].contains("commit"));
+        EXPECT_GT(json["pair_count"].get<int>(), 100);
+        EXPECT_GE(json["checks"]["lookup_count"].get<int>(), 3 * json["lookup_count"].get<int>());
+        EXPECT_EQ(json["checks"]["differing_count"], 0);
+        ASSERT_EQ(json["rows"].size(), 4u);
+        EXPECT_GT(json["rows"][0]["ns_each_low"].get<double>(), 0.0);
+        EXPECT_TRUE(json["frame"]["stages_ms"].contains("g-buffer"));
+    }
+}
+
 TEST(ProgramBench, OptionsOfTheOtherBenchmarkAreRefused) {
     const TemporaryDirectory directory;
+    EXPECT_THAT(runShadowdag(directory, {"bench", "shading", "--maps", "4"}).err,
+                HasSubstr("for bench raster"));
+    EXPECT_THAT(runShadowdag(directory, {"bench", "shading", "--backend", "gl"}).err,
+                HasSubstr("runs on the CPU"));
     EXPECT_THAT(runShadowdag(directory, {"bench", "raster", "--resolution", "64"}).err,
                 HasSubstr("drop it"));
     EXPECT_THAT(runShadowdag(directory, {"bench", "voxel", "--face", "64"}).err,

@@ -189,6 +189,29 @@ def validate_table(paths):
     return lines
 
 
+def parts_table(folder):
+    """Returns the lines of bench-shading-SCENE and bench-raster-SCENE: what frames do beside their rays, one row per scene."""
+    paths = sorted(folder.glob("bench-shading-*.json"))
+    if not paths:
+        return []
+    first = read_json(paths[0])
+    lines = ["", "**What frames do beside their rays**, {} x {}, ns of one thread (median, 95 % interval, n = {}), verified first; the "
+             "G-buffer in ms on {} threads. `shadowdag bench shading SCENE --size {}x{}` and `bench raster SCENE` ({})".format(
+                 first["width"], first["height"], first["repeat_count"], first["thread_count"], first["width"], first["height"],
+                 machine_of(first["provenance"])), "",
+             "| scene | marking and colour, a pair | lookup of 1 tap, a pair | 4 taps | 9 taps | G-buffer, ms | rasterization, a triangle | a texel |",
+             "|---|" + "---:|" * 7]
+    for path in paths:
+        shading, scene = read_json(path), path.stem.removeprefix("bench-shading-")
+        each = ["{ns_each:.1f} ({ns_each_low:.1f} to {ns_each_high:.1f})".format(**row) for row in shading["rows"]]
+        raster = folder / f"bench-raster-{scene}.json"
+        fit = read_json(raster)["fit"] if raster.exists() else {}
+        lines.append("| {} | {} | {:.1f} | {} | {} |".format(
+            scene, " | ".join(each), shading["frame"]["stages_ms"]["g-buffer"],
+            *("–" if fit.get(key) is None else f"{fit[key]:.1f}" for key in ("ns_per_triangle", "ns_per_texel"))))
+    return lines
+
+
 def provenance_table(folder):
     """Returns which files are of which commit and processor, the newest kinds of provenance last."""
     files = {}
@@ -218,6 +241,7 @@ def claims(folder):
         lines += validate_table(validations)
     for path in sorted(folder.glob("bench-voxel-*.json")):
         lines += bench_table(path)
+    lines += parts_table(folder)
     lines += provenance_table(folder)
     return "\n".join(lines) + "\n"
 
