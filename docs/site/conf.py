@@ -22,7 +22,7 @@ contents = {
     "Tutorial": ["docs/tutorial"],
     "Tasks": ["docs/user_guide", "docs/python", "docs/studies", "docs/rays", "workflow/README"],
     "Reference": ["docs/site/options", "docs/site/frame_settings", "docs/site/python_api", "docs/site/cpp_api",
-                  "docs/scene_formats", "docs/file_formats", "docs/promises", "docs/limits"],
+                  "docs/scene_formats", "docs/file_formats", "docs/json_reference", "docs/promises", "docs/limits"],
     "Method": ["docs/method", "hybrid/routing/RESOLUTION", "voxel/LAYOUT", "voxel/BUILDS", "shadowmap/FILTERS",
                "shadowmap/PAGES", "shadowmap/CULLING", "shadowmap/POLYGON_LOD", "scenes/BATCHES", "docs/adjudicator"],
     "Gallery": ["docs/gallery"],
