@@ -116,6 +116,7 @@ class Commands:
         yield said(f"validate {SCENE} --views 2 --size 16x9", "validate")
         yield said(f"bench voxel {SCENE} --repeats 1 {SMALL}", "bench")
         yield said(f"bench raster {SCENE} --repeats 1 --maps 2 --face 64 --size 64x36", "bench")
+        yield said(f"bench shading {SCENE} --repeats 1 --size 64x36", "bench")
 
         measured = "--repeats 2 --warmups 0 --no-charts"
         full = "--page-size 256 --pool 1M"  # a pool that is full

@@ -21,7 +21,8 @@ namespace shadowdag {
 namespace {
 
 /// Provenance of the machine, which may differ between parts.
-constexpr const char* kMachineKeys[] = {"cpu", "device", "driver", "thread_count"};
+constexpr const char* kMachineKeys[] = {"cpu",    "processor_count", "memory_bytes", "system",
+                                        "device", "driver",          "thread_count"};
 
 const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images"};
 

@@ -31,9 +31,9 @@ struct DiffArguments {
 
 /// Returns the file of results that a path names: the file itself, or that of a report's directory.
 std::string resultsFile(const std::string& path) {
-    constexpr const char* kFiles[] = {"results.json",     "failures.json", "stability.json",
-                                      "real.json",        "ablation.json", "mutants.json",
-                                      "adjudication.json"};
+    constexpr const char* kFiles[] = {"results.json",      "failures.json", "stability.json",
+                                      "real.json",         "ablation.json", "mutants.json",
+                                      "adjudication.json", "scale.json"};
     if (!std::filesystem::is_directory(path))
         return path;
     for (const char* name : kFiles)

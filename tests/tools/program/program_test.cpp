@@ -298,7 +298,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          "is empty; give an expression"},
         {{"bench", "raster", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
         {{"info", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
-        {{"bench", "nothing"}, 1, "use voxel or raster"},
+        {{"bench", "nothing"}, 1, "use voxel, raster or shading"},
         {{"bench", "raster", "--backend", "cuda"}, 1, "drop --backend cuda"},
         {{"bench", "voxel", "--backend", "gl"}, 1, "drop --backend gl"},
         {{"info", kScene, "--backend", "gl", "--gl-pages", "atlas"},
