@@ -63,6 +63,15 @@ def test_intervals():
     # Twice as long to four times: the ends of a ratio of intervals.
     base = {"time_ms": 4, "time_ms_low": 3, "time_ms_high": 5}
     equal(regret_analysis.ratio_interval({"time_ms": 12, "time_ms_low": 10, "time_ms_high": 15}, base), (1.0, 4.0))
+    # Of ten paired rounds, whose noise both times share, the second and the ninth ratio hold the median with 97.9 %.
+    slow = [2.0, 4.0, 8.0, 16.0, 2.0, 4.0, 8.0, 16.0, 2.0, 4.0]
+    factors = [1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.5, 3.0]
+    run = {"time_ms": 5, "round_times_ms": [a * b for a, b in zip(slow, factors)]}
+    equal(regret_analysis.ratio_interval(run, {"time_ms": 4, "round_times_ms": slow}), (0.5, 1.5))
+    equal(regret_analysis.regret_of(run, {"time_ms": 4, "round_times_ms": slow}), 1.0)
+    equal(regret_analysis.regret_of({"time_ms": 5}, {"time_ms": 4}), 0.25)
+    few = {"time_ms": 5, "round_times_ms": [2.0, 6.0, 4.0]}
+    equal(regret_analysis.ratio_interval(few, {"time_ms": 1, "round_times_ms": [2.0, 2.0, 2.0]}), (0.0, 2.0))
 
 
 def test_explained():

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of routing relative to model oracle, frame by frame: the content of regret.json."""
+import math
+import statistics
+
 from ..files import Refused, expecting, read_json
 from ..intervals import interval
 from ..series import is_warm
@@ -74,14 +77,36 @@ def best_threshold(frames, training):
 
 
 def noise(run):
-    """Returns half the spread of a run's times, as a share."""
-    return 0.5 * (run["time_ms_max"] - run["time_ms_min"]) / run["time_ms"]
+    """Returns half the interval of a run's median, as a share."""
+    low, high, _ = interval(run)
+    return 0.5 * (high - low) / run["time_ms"]
+
+
+def paired_ratios(run, base):
+    """Returns the ratios of two times in the same rounds, ascending; none where the rounds are not known."""
+    of, to = run.get("round_times_ms", ()), base.get("round_times_ms", ())
+    return sorted(a / b for a, b in zip(of, to)) if len(of) == len(to) else []
+
+
+def regret_of(run, base):
+    """Returns the ratio of two times less 1: the median over the rounds, or the ratio of the medians."""
+    ratios = paired_ratios(run, base)
+    return (statistics.median(ratios) if ratios else run["time_ms"] / base["time_ms"]) - 1
 
 
 def ratio_interval(run, base):
-    """Returns what the ratio of two times less 1 is at least and at most, by the intervals of both."""
-    (low, high, _), (base_low, base_high, _) = interval(run), interval(base)
-    return low / base_high - 1, high / base_low - 1
+    """Returns what the ratio of two times less 1 is at least and at most: by order statistics of the rounds, with 95 % unless they
+    are fewer than six, or by the intervals of both times."""
+    ratios = paired_ratios(run, base)
+    if not ratios:
+        (low, high, _), (base_low, base_high, _) = interval(run), interval(base)
+        return low / base_high - 1, high / base_low - 1
+    count = len(ratios)
+    cut, beyond = 0, 2.0 ** -count  # of a fair coin thrown so often: no more than `cut` heads
+    while 2 * (beyond + math.comb(count, cut + 1) * 2.0 ** -count) <= 0.05:
+        cut += 1
+        beyond += math.comb(count, cut) * 2.0 ** -count
+    return ratios[cut] - 1, ratios[count - 1 - cut] - 1
 
 
 def analyse(scene, frames, sums):
@@ -105,7 +130,7 @@ def analyse(scene, frames, sums):
             "oracle_serving_ms": serving_ms(runs["oracle"]),
             "better_single": "rays" if single is runs["texels:inf"] else "maps",
             "times_ms": {n: runs[m]["time_ms"] for n, m in models.items() if m in runs},
-            "regret": {n: runs[m]["time_ms"] / oracle - 1 for n, m in models.items() if m in runs},
+            "regret": {n: regret_of(runs[m], runs["oracle"]) for n, m in models.items() if m in runs},
             "regret_intervals": {n: ratio_interval(runs[m], runs["oracle"]) for n, m in models.items() if m in runs},
             "cost_over_better_single": cost["time_ms"] / single["time_ms"],
             "allowed": allowed, "is_slower": cost["time_ms"] > allowed * single["time_ms"],
