@@ -27,7 +27,8 @@ constexpr const char* kNameKeys[] = {"part",   "scene",  "failure",
                                      "case",   "kind",   "asked_triangle_count",
                                      "frame",  "label",  "method",
                                      "remedy", "light",  "measure",
-                                     "band",   "tracer", "order"};
+                                     "band",   "tracer", "order",
+                                     "call"};
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes",   "map_costs",     "truth_images",
                                        "pictures", "broken",        "warnings",
