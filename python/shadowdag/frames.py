@@ -20,7 +20,8 @@ def frame(self: Scene, settings: Mapping[str, Any] | None = None, /, *, record: 
     settings, more: the settings of the frame, as a dict or as keywords: method, model, variant, costs, time, resolution
     and those of experiment files; frame_settings() lists them with defaults and help. `model` may be a function: see
     cost_model; `size` a pair as Frame.size has it; `camera` 6 to 10 numbers, as scene() has them. A bad value, an unknown
-    key and a setting that the method does not read raise UsageError, with the program's own messages. record=False keeps no pairs and counts nothing for reports, as frames are timed.
+    key and a setting that the method does not read raise UsageError, with the program's own messages. record=False keeps
+    no pairs and counts nothing for reports, as frames are timed.
     progress: callable (what, fraction in [0, 1]).
     Every frame depends on its settings alone, not on frames before. Deterministic but for times.
     """

@@ -135,10 +135,11 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     mapOptions.pageTexels = options.pageTexels;
     mapOptions.poolBytes = 2ull << 30;
     mapOptions.useStaticOptimization = false; // every build draws
-    const auto build = [&](ShadowMaps& target, bool useText, StageTimes& stages) {
+    const auto build = [&](ShadowMaps& target, const RasterBenchInputs& of, bool useText,
+                           StageTimes& stages) {
         mapOptions.useAtomicRasterizer = useText;
-        target.build(inputs.requests, inputs.boxes, inputs.receivers, world.triangles(),
-                     batches.view(), mapOptions, stages);
+        target.build(of.requests, of.boxes, of.receivers, world.triangles(), batches.view(),
+                     mapOptions, stages);
         SDAG_ASSERT(target.counts().keptMapCount == 0);
     };
 
@@ -146,8 +147,8 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     StageTimes ignored;
     {
         ShadowMaps text(Backend::kCpu);
-        build(maps, false, ignored);
-        build(text, true, ignored);
+        build(maps, inputs, false, ignored);
+        build(text, inputs, true, ignored);
         const View<const uint32_t> depths = maps.view().depths;
         if (depths.count != text.view().depths.count ||
             std::memcmp(depths.data, text.view().depths.data, depths.count * sizeof(uint32_t)) != 0)
@@ -176,9 +177,7 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     for (int r = -1; r < options.repeats; ++r) // once to warm up
         for (DrawnSize& size : sizes) {
             StageTimes stages;
-            mapOptions.useAtomicRasterizer = false;
-            size.maps.build(size.inputs.requests, size.inputs.boxes, size.inputs.receivers,
-                            world.triangles(), batches.view(), mapOptions, stages);
+            build(size.maps, size.inputs, false, stages);
             for (const auto& [name, timeMs] : stages.stagesMs)
                 if (name == "rasterization" && r >= 0)
                     size.rasterizationMs.push_back(timeMs);
@@ -191,7 +190,7 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     for (int r = 0; r < options.repeats; ++r) {
         StageTimes stages;
         const std::clock_t start = std::clock();
-        build(maps, false, stages);
+        build(maps, inputs, false, stages);
         processor.push_back(1e3 * double(std::clock() - start) / CLOCKS_PER_SEC);
         total.push_back(stages.totalMs());
         times.resize(stages.stagesMs.size());

@@ -5,8 +5,8 @@ oracle and cost. Writes regret.svg, regret.png and regret.json, and prints the s
 
     regret report/results.json [more.json ...] -o docs
 
-Marks of a frame stand side by side: medians of the ratios in the same rounds, with their intervals where the results have them; the grey band is
-the oracle's own noise. The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is
+Marks of a frame stand side by side: medians of the ratios in the same rounds, with their intervals where the results
+have them; the grey band is the oracle's own noise. The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is
 held out if its calibration contained none of the frames; the caller is responsible for that. Time is that of whole frames.
 """
 import os
