@@ -35,7 +35,7 @@ smartquotes = False  # "--option" and quoted words stay as they are
 highlight_language = "text"
 nitpicky = True
 # Types of other libraries, and C++ names that the chosen headers use and do not declare, have no page here.
-nitpick_ignore_regex = [("cpp:.*", ".*"), ("py:.*", r"(numpy|np|pandas|matplotlib|typing|pathlib)?\.?\w*")]
+nitpick_ignore_regex = [("cpp:.*", ".*"), ("py:.*", r"(os|numpy|np|pandas|matplotlib|typing|pathlib)(\.\w+)+|\w+")]
 
 breathe_projects = {"ShadowDAG": os.environ.get("SHADOWDAG_DOXYGEN", "")}
 breathe_default_project = "ShadowDAG"
