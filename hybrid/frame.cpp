@@ -71,6 +71,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     result.counts.hostCopies = {after.uploadCount - before.uploadCount,
                                 after.readbackCount - before.readbackCount};
     const std::vector<uint32_t> records = state.clusters.lights().record.download();
+    if (options.recordQuantities)
+        state.maps.maps().countSkipped();
     state.count(records, result);
     if (options.recordQuantities)
         countQuantities(kCountsAll & ~model.counts());

@@ -58,8 +58,8 @@ struct FrameOptions {
     /// by renderFrom for the frame before a warm one.
     bool makeAllBeams = false;
     bool recordPairs = true; ///< keep visibility per pair (not part of the stages' times)
-    /// Count the quantities of maps that the model does not read, for reports (not part of the
-    /// times either).
+    /// Count the quantities of maps that the model does not read, and what culling skipped
+    /// (ShadowMaps::countSkipped), for reports (not part of the times either).
     bool recordQuantities = true;
 
     bool operator==(const FrameOptions&) const = default;

@@ -26,7 +26,8 @@ struct CullCounts {
     uint32_t triangleFaces;     ///< their triangles
     uint32_t sphereBatches;     ///< batches in the light's sphere, at full detail
     uint32_t sphereTriangles;   ///< their triangles
-    uint32_t keptBatchFaces;    ///< pairs that are needed but were drawn before and kept
+    uint32_t keptBatchFaces;    ///< pairs that are needed but were drawn before and kept;
+                                ///< without those of closed faces (KeptView::openFaces)
     uint32_t keptTriangleFaces; ///< their triangles
 };
 
@@ -48,7 +49,16 @@ struct KeptView {
     View<const uint32_t> drawnCells; ///< DrawnView::cells; empty if no map is kept
     View<const uint32_t> slots;
     View<const uint32_t> openBlocks; ///< PrepareBlock::openBlocks
-    View<const uint32_t> moved;      ///< bit per batch: moved since the last frame
+    /// PrepareBlock::openFaces: of the others, which are closed, only what moved is drawn, so
+    /// nothing else is tested. Empty: everything is tested, for counts.
+    View<const uint32_t> openFaces;
+    View<const uint32_t> moved; ///< bit per batch: moved since the last frame
+
+    SDAG_HD bool isMoved(uint32_t batch) const { return moved[batch / 32] >> batch % 32 & 1u; }
+    /// Returns whether no face of a map is open. @param faces bits
+    SDAG_HD bool areClosed(uint32_t mapIndex, uint32_t faces = (1u << kFaceCount) - 1) const {
+        return !openFaces.empty() && (openFaces[mapIndex] & faces) == 0;
+    }
 };
 
 /// Returns the level of polygon detail that a map draws of a batch's part.
@@ -118,16 +128,18 @@ struct CullView {
         return all;
     }
 
-    /// Returns whether a batch may be seen in a face of a kept map, and writes what is to be
+    /// Returns whether a batch may be drawn into a face of a kept map, and writes what is to be
     /// tested: whether a receiver needs it, and, if it is not moved, whether it is not drawn yet.
     /// See drawn_cells.h for the rule.
     SDAG_HD bool testOf(uint32_t mapIndex, uint32_t batch, uint32_t face, KeptTest& test) const {
+        const bool isMoved = kept.isMoved(batch);
         FaceRect rect;
-        if (!projectOnMap(maps[mapIndex], batches.boxesWorld[batch], face, 0.0f, rect))
+        if ((kept.areClosed(mapIndex, 1u << face) && !isMoved) ||
+            !projectOnMap(maps[mapIndex], batches.boxesWorld[batch], face, 0.0f, rect))
             return false;
         test = {cellsOf(rect),
                 depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin)),
-                bool(kept.moved[batch / 32] >> batch % 32 & 1u)};
+                isMoved};
         return true;
     }
     /// Returns whether a cell is drawn less deep than `depth`.
@@ -138,19 +150,30 @@ struct CullView {
     SDAG_HD CellDepthView openCells() const { return {cells.cells, kept.openBlocks}; }
 
     /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
-    /// batch's level of detail and whether the map draws that level.
+    /// batch's level of detail and whether the map draws that level. Of a map without open faces
+    /// only what moved need be reached: it is the first item's, and all of the others is left out
+    /// (on CUDA nothing is).
     template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
         const BvhParts divided = partsOf(batches.bvh, maps.count);
-        const uint32_t part = uint32_t(i % divided.count);
-        const ShadowMapInfo& map = maps[i / divided.count];
-        traverseBelow(
-            batches.bvh, divided.level, part, part + 1,
-            [&](const Box& box) { return reachesMap(map, box); },
-            [&](uint32_t batch) {
-                const uint32_t instance = batches.batches[batch].instance;
-                const uint32_t level = levelOf(batches.levels, instance);
-                reach(batch, level, level == levelFor(batches.levels, map, instance));
-            });
+        const uint32_t part = uint32_t(i % divided.count), mapIndex = uint32_t(i / divided.count);
+        const ShadowMapInfo& map = maps[mapIndex];
+        const auto found = [&](uint32_t batch) {
+            const uint32_t instance = batches.batches[batch].instance;
+            const uint32_t level = levelOf(batches.levels, instance);
+            reach(batch, level, level == levelFor(batches.levels, map, instance));
+        };
+        if (!kept.areClosed(mapIndex)) {
+            traverseBelow(
+                batches.bvh, divided.level, part, part + 1,
+                [&](const Box& box) { return reachesMap(map, box); }, found);
+        } else if (part == 0) {
+            for (uint32_t word = 0; word < kept.moved.count; ++word)
+                for (uint32_t bit = 0; bit < 32 && kept.moved[word] >> bit != 0; ++bit) {
+                    const uint32_t batch = word * 32 + bit;
+                    if (kept.isMoved(batch) && reachesMap(map, batches.boxesWorld[batch]))
+                        found(batch);
+                }
+        }
     }
 
 private:

@@ -9,6 +9,7 @@
 // receivers under the cell need this frame. A batch at depth d that did not move is drawn into a
 // face iff one of its cells has V(c) < d <= N(c); one that moved iff one has d <= N(c). It is drawn
 // into the open pages: those with a cell that has V(c) < N(c), or under something that moved.
+// A face without a cell that has V(c) < N(c) is closed: nothing but what moved is drawn into it.
 // Drawing is idempotent, so afterwards V(c) is the greater of both in every cell. V(c) becomes 0 if
 // a page gets memory; it falls below a batch's depth if the batch moved over the cell and was not
 // drawn. The six conditions of the paper: (1) a change of the light or (6) of the resolution makes
@@ -119,12 +120,13 @@ struct ResetRow {
 };
 
 /// Writes the needed depths of block i's cells, rounded up, and the greatest need of its cells,
-/// with and without those that are drawn.
+/// with and without those that are drawn, and marks its face if there are such.
 struct PrepareBlock {
     PageMaskView masks; ///< cells and blocks are read with kCellDepth and written always
     MapCulling culling;
     DrawnView drawn;
     View<uint32_t> openBlocks; ///< greatest need of cells that are not drawn as deep
+    View<uint32_t> openFaces;  ///< per map, starts at 0: bit f, face f has such cells
 
     size_t itemCount() const { return openBlocks.count; }
     SDAG_HD void operator()(size_t i) const {
@@ -146,6 +148,8 @@ struct PrepareBlock {
             }
         masks.blocks[i] = greatest;
         openBlocks[i] = open;
+        if (open != 0)
+            atomicOrRelaxed(&openFaces[mapIndex], 1u << face % kFaceCount);
     }
 
 private:

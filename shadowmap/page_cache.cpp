@@ -75,7 +75,8 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
       freshEntries_(backend, "shadowmap fresh pages"), pool_(backend, "shadowmap page pool"),
       drawnCells_(backend, "shadowmap drawn cells"),
       drawnDepths_(backend, "shadowmap drawn depths"),
-      openBlocks_(backend, "shadowmap open blocks"), openRows_(backend, "shadowmap open cells") {}
+      openBlocks_(backend, "shadowmap open blocks"), openFaces_(backend, "shadowmap open faces"),
+      openRows_(backend, "shadowmap open cells") {}
 
 void PageCache::reset() {
     forget();
@@ -376,7 +377,9 @@ void PageCache::count(ShadowMapCounts& counts) {
 KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
                                    MapCulling culling) {
     openBlocks_.resize(masks.blocks.count);
-    runPass(backend_, PrepareBlock{masks, culling, drawn(), openBlocks_.view()});
+    zero(openFaces_, masks.blocks.count / kBlocksPerMap);
+    runPass(backend_,
+            PrepareBlock{masks, culling, drawn(), openBlocks_.view(), openFaces_.view()});
     if (movedNow_.size()) {
         runPass(backend_,
                 LowerCells{
@@ -399,7 +402,7 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
             ListOpenPages{maps, std::as_const(openRows_).view(), std::as_const(marked_).view(),
                           std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), slots_.view(), std::as_const(openBlocks_).view(),
-            movedBits_.view()};
+            std::as_const(openFaces_).view(), movedBits_.view()};
 }
 
 void PageCache::noteDrawn(View<const uint32_t> cells) {

@@ -103,6 +103,9 @@ struct ShadowMaps::State {
     std::vector<ShadowMapInfo> infos; // of the requests
     uint32_t cullParts = 0;           // items of a map
     bool isCounted = true;            // the last build's culling, and pages per map
+    CullView lastCull{};              // of the last build, whose inputs it has
+    bool skips = false;               // whether it left out closed faces
+    bool isSkippedCounted = true;     // and their counts are there, or were given up
 
     // Inputs of the host.
     Resident<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
@@ -327,15 +330,48 @@ struct ShadowMaps::State {
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;
-                counts.batchFaceKeptCount += found[i].keptBatchFaces;
-                counts.triangleKeptCount += found[i].keptTriangleFaces;
-                counts.batchFaceSphereCount += faceCount * found[i].sphereBatches;
-                counts.triangleSphereCount += faceCount * found[i].sphereTriangles;
                 triangleFaces += found[i].triangleFaces;
+                if (!skips)
+                    countSphere(found[i], faceCount);
             }
             counts.triangleDrawCount += triangleFaces;
             trianglesPerMap.push_back(triangleFaces);
         }
+    }
+
+    void countSphere(const CullCounts& item, uint64_t faceCount) {
+        counts.batchFaceSphereCount += faceCount * item.sphereBatches;
+        counts.triangleSphereCount += faceCount * item.sphereTriangles;
+    }
+
+    /// Counts what culling left out, by testing everything.
+    void countSkipped() {
+        count(); // before its lists are overwritten
+        if (isSkippedCounted)
+            return;
+        CullView cull = lastCull;
+        cull.kept.openFaces = {};
+        const size_t items = infos.size() * cull.parts();
+        zero(firstReached, items + 1);
+        cullCounts.resize(items);
+        runPass(backend, CountReached{cull, {firstReached.view().data, items}, cullCounts.view()});
+        placeList(firstReached, reached, 0);
+        runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
+        zero(drawOf, reached.size() + 1);
+        runPass(backend, CountDraws{cull, std::as_const(firstReached).view(), reached.view(),
+                                    drawOf.view(), cullCounts.view()});
+        const std::vector<CullCounts> found = cullCounts.download();
+        uint64_t neededPairs = 0, neededTriangles = 0;
+        for (size_t i = 0; i < found.size(); ++i) {
+            // Of what is drawn some is drawn by now, so only the sums are those of the build.
+            neededPairs += found[i].batchFaces + found[i].keptBatchFaces;
+            neededTriangles += found[i].triangleFaces + found[i].keptTriangleFaces;
+            countSphere(found[i],
+                        infos[i / cull.parts()].window.isDirectional() ? 1 : kFaceCount);
+        }
+        counts.batchFaceKeptCount = neededPairs - counts.batchFaceCount;
+        counts.triangleKeptCount = neededTriangles - counts.triangleDrawCount;
+        isSkippedCounted = true;
     }
 
     /// Turns the counts of all items, which are followed by a 0, into offsets, and allocates the
@@ -530,7 +566,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};
-    s.isCounted = true; // for a build that ends by an exception: nothing was counted
+    // For a build that ends by an exception: nothing was counted.
+    s.isCounted = s.isSkippedCounted = true;
     s.pagesPerMap.clear();
     s.trianglesPerMap.clear();
 
@@ -558,6 +595,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     }
     s.allocate(requests, wanted, stages);
     const CullView cull = s.prepareCulling(onBackend, stages);
+    s.lastCull = cull;
     if (!isListedEarly)
         s.listReached(cull, isGuessed, stages);
     s.listDraws(cull, isGuessed, stages);
@@ -596,6 +634,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     }
     guard.isDone = true;
     s.isCounted = false;
+    s.skips = s.cache.keeps();
+    s.isSkippedCounted = !s.skips;
 }
 
 ShadowMapView ShadowMaps::view() const {
@@ -605,6 +645,7 @@ ShadowMapView ShadowMaps::view() const {
 
 void ShadowMaps::forget() {
     state_->cache.reset();
+    state_->isSkippedCounted = true; // of maps that are gone
     state_->maps.forget();
     state_->stepMaps.forget();
     state_->lastSteps = 0;
@@ -615,6 +656,10 @@ void ShadowMaps::forget() {
 View<const uint32_t> ShadowMaps::projectionMaps() const {
     const State& s = *state_;
     return {s.projection.view().data, s.infos.size() * kProjectionWordsPerMap};
+}
+
+void ShadowMaps::countSkipped() {
+    state_->countSkipped();
 }
 
 const ShadowMapCounts& ShadowMaps::counts() const {

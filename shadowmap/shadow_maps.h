@@ -82,7 +82,7 @@ struct MapLayout {
 MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexels,
                      double divisor = 1.0);
 
-/// Counts of building the maps of a frame.
+/// Counts of building the maps of a frame. (*): with static optimization 0 before countSkipped.
 struct ShadowMapCounts {
     uint64_t pageCount = 0;        ///< pages with memory
     uint64_t pagesWantedCount = 0; ///< before degrading; more than the pool holds if it was full
@@ -91,17 +91,17 @@ struct ShadowMapCounts {
     uint64_t texelCount = 0;     ///< pageCount * pageTexels^2
     uint64_t batchFaceCount = 0; ///< (batch, face) pairs drawn
     uint64_t batchFaceSphereCount =
-        0; ///< the same with six faces per sphere and no masks: the baseline of culling
+        0; ///< the same with six faces per sphere and no masks: the baseline of culling (*)
     uint64_t triangleDrawCount = 0;   ///< triangles of the pairs drawn
-    uint64_t triangleSphereCount = 0; ///< triangles of batches in the sphere times six faces
+    uint64_t triangleSphereCount = 0; ///< triangles of batches in the sphere times six faces (*)
     uint64_t pagesCommittedCount = 0; ///< allocated in this build
     uint64_t pagesFreedCount = 0;     ///< freed in this build
     uint64_t pagesRetainedCount = 0;  ///< have memory but are not needed now
     uint64_t pagesClearedCount = 0;   ///< committed, or emptied because something moved there
     uint64_t keptMapCount = 0;        ///< requests fulfilled by a map of an earlier build
     uint64_t batchFaceKeptCount =
-        0; ///< (batch, face) pairs not drawn because they are drawn already
-    uint64_t triangleKeptCount = 0;    ///< triangles of those pairs
+        0; ///< (batch, face) pairs not drawn because they are drawn already (*)
+    uint64_t triangleKeptCount = 0;    ///< triangles of those pairs (*)
     uint64_t mapBytes = 0;             ///< pool pages in use + tables
     uint64_t unsplitTriangleCount = 0; ///< large triangles for which the list had no space
     uint64_t listRerunCount = 0;       ///< lists guessed too short and rebuilt (guessLengths)
@@ -181,6 +181,10 @@ public:
     /// Returns the counts of the last build. Those of culling are fetched from the backend at the
     /// first call of one of these three: a round trip on CUDA, which frames leave to their reports.
     const ShadowMapCounts& counts() const;
+    /// Adds to counts() what the last build left out: with static optimization culling tests
+    /// nothing for faces that are complete, so these counts take its tests of everything once more.
+    /// To be called before the inputs of that build change or the maps are forgotten.
+    void countSkipped();
     /// Returns the pages with memory and the triangles drawn of each request, from which a cost
     /// model may learn.
     const std::vector<uint32_t>& pagesPerMap() const;

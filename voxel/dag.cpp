@@ -25,7 +25,9 @@ struct ByteSet {
 class WideBuilder {
 public:
     WideBuilder(const Dag& dag, WideDag& wide)
-        : dag_(dag), wide_(wide), wideOf_(dag.words.size(), kNoNode) {}
+        : dag_(dag), wide_(wide), wideOf_(dag.words.size(), kNoNode) {
+        wide.words.reserve(dag.words.size()); // mostly a third of it is filled
+    }
 
     /// Returns the wide address of the node of even level.
     uint32_t add(uint32_t address, uint32_t level) {

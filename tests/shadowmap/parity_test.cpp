@@ -183,6 +183,7 @@ Snapshot keptMapsOf(Backend backend, uint32_t seed, bool isOneText, uint64_t poo
         maps.build(animation.requests, animation.boxes, animation.receivers, animation.scene.view(),
                    animation.batches->view(), options, stages, viewOf(animation.moved));
         animation.moved.clear();
+        maps.countSkipped();
         const ShadowMapCounts& counts = maps.counts();
         snapshot.add("counts",
                      std::vector<uint64_t>{
