@@ -16,8 +16,8 @@ namespace shadowdag {
 /// of one colour becomes a part of its material's factor, and one that cannot be shown leaves the
 /// factor alone, with a warning. Skins and morph targets are read; World poses them. Throws Error
 /// kInput naming the file, the place and the value for anything broken, and for every required
-/// extension that is not supported (KHR_lights_punctual, KHR_mesh_quantization and
-/// KHR_texture_transform are, and the compressions EXT_meshopt_compression and
+/// extension that is not supported (KHR_lights_punctual, KHR_mesh_quantization, KHR_node_visibility
+/// and KHR_texture_transform are, and the compressions EXT_meshopt_compression and
 /// KHR_draco_mesh_compression, which are undone). Memory is bounded by a multiple of the file's own
 /// size, whatever the file claims, what decoding one image at a time takes, and kMaxSceneTexels;
 /// not what Draco takes to unpack a damaged stream.

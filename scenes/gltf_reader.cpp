@@ -7,6 +7,7 @@
 
 #include "cuda/error.h"
 #include "scenes/camera.h"
+#include "scenes/printable.h"
 #include "scenes/scene_folder.h"
 
 #include <algorithm>
@@ -58,6 +59,7 @@ public:
         readRoots();
         for (size_t i = 0; i < model().animations.size(); ++i)
             readAnimation(i);
+        hideNodes(); // last: animations are checked against meshes
         writeWarnings();
         return std::move(scene_);
     }
@@ -104,6 +106,7 @@ private:
     void readLights();
     void readCameras();
     void readNodes();
+    void hideNodes();
     void readRoots();
     void readAnimation(size_t index);
     void writeWarnings();
@@ -146,7 +149,12 @@ void SceneReader::readMaterials() {
                 checkedPositiveOrZero(strength->second.Get("emissiveStrength").GetNumberAsDouble(),
                                       place + "/extensions/KHR_materials_emissive_strength");
         material.alphaMask = masks_.materials[i].mask;
-        translucentCount_ += source.alphaMode == "BLEND";
+        const auto transmission = source.extensions.find("KHR_materials_transmission");
+        translucentCount_ +=
+            source.alphaMode == "BLEND" ||
+            (transmission != source.extensions.end() &&
+             transmission->second.Has("transmissionFactor") &&
+             transmission->second.Get("transmissionFactor").GetNumberAsDouble() > 0);
         scene_.materials.push_back(std::move(material));
     }
 }
@@ -566,6 +574,44 @@ void SceneReader::readNodes() {
              "lies on or below a loop of parents");
 }
 
+// Nodes that KHR_node_visibility makes invisible, and all below them, lose their meshes and lights.
+void SceneReader::hideNodes() {
+    const auto isInvisible = [&](size_t node) {
+        const auto& extensions = model().nodes[node].extensions;
+        const auto visibility = extensions.find("KHR_node_visibility");
+        if (visibility == extensions.end() || !visibility->second.Has("visible"))
+            return false;
+        const tinygltf::Value& isVisible = visibility->second.Get("visible");
+        if (!isVisible.IsBool())
+            fail(document_, numbered("nodes/", node) + "/KHR_node_visibility",
+                 "\"visible\" is neither true nor false");
+        return !isVisible.Get<bool>();
+    };
+    std::vector<int> hidden;
+    for (size_t i = 0; i < scene_.nodes.size(); ++i)
+        if (isInvisible(i))
+            hidden.push_back(int(i));
+    std::vector<bool> isHidden(scene_.nodes.size());
+    while (!hidden.empty()) {
+        const size_t i = size_t(hidden.back());
+        hidden.pop_back();
+        if (isHidden[i])
+            continue;
+        isHidden[i] = true;
+        Node& node = scene_.nodes[i];
+        node.mesh = node.light = node.skin = kNone;
+        node.morphWeights.clear();
+        hidden.insert(hidden.end(), node.children.begin(), node.children.end());
+    }
+    for (Animation& animation : scene_.animations)
+        std::erase_if(animation.channels, [&](const AnimationChannel& channel) {
+            return channel.path == AnimationChannel::Path::kMorphWeight &&
+                   isHidden[size_t(channel.node)];
+        });
+    std::erase_if(scene_.animations,
+                  [](const Animation& animation) { return animation.channels.empty(); });
+}
+
 void SceneReader::readRoots() {
     const auto& scenes = model().scenes;
     if (scenes.empty()) {
@@ -710,6 +756,13 @@ void SceneReader::writeWarnings() {
          "weights of morph targets.");
     warn(instancingCount_, "nodes with EXT_mesh_gpu_instancing show their mesh once only.");
     warn(translucentCount_, "translucent materials taken as opaque.");
+    constexpr size_t kNamed = 8;
+    const std::vector<std::string>& ignored = document_.ignoredExtensions;
+    for (size_t i = 0; i < std::min(ignored.size(), kNamed); ++i)
+        if (ignored[i] != "EXT_mesh_gpu_instancing") // has a warning with its count
+            scene_.warnings.push_back("the extension '" + printable(ignored[i].substr(0, 60)) +
+                                      "' is ignored: what it changes is not shown.");
+    warn(ignored.size() - std::min(ignored.size(), kNamed), "further extensions ignored.");
     warn(masks_.unreadableCount,
          "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
     warn(masks_.unusedAlphaCount,

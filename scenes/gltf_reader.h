@@ -26,6 +26,7 @@ struct Document {
     uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
     uint64_t surplusBytes = 0;                  ///< of a .glb after the length that it states
+    std::vector<std::string> ignoredExtensions; ///< used ones that nothing here knows of
 };
 
 /// The compressions of geometry that are undone when a document is loaded.

@@ -42,7 +42,8 @@ constexpr std::array kColorExtensions = {
 constexpr std::array kSupportedExtensions = {
     kDracoCompression,       kMeshoptCompression,
     "KHR_lights_punctual",   "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization", "KHR_texture_transform",
+    "KHR_mesh_quantization", "KHR_node_visibility",
+    "KHR_texture_transform",
 };
 
 template <class List, class Name> bool contains(const List& list, const Name& name) {
@@ -251,6 +252,10 @@ void checkExtensions(Document& document) {
         else if (!contains(kSupportedExtensions, name))
             fail(document, "extensionsRequired", "the file requires " + unsupported(name));
     }
+    for (const std::string& name : document.model.extensionsUsed)
+        if (!contains(kColorExtensions, name) && !contains(kSupportedExtensions, name) &&
+            !contains(document.ignoredExtensions, name))
+            document.ignoredExtensions.push_back(name);
 }
 
 // The first line of tinygltf's message; later lines may contain a whole data URI.

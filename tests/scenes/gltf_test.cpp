@@ -395,6 +395,37 @@ TEST(Gltf, IgnoredFeaturesAreCountedInWarnings) {
         EXPECT_THAT(scene.warnings, testing::Contains(testing::StartsWith(what)));
 }
 
+TEST(Gltf, UsedExtensionsThatNothingKnowsOfAreNamed) {
+    GltfParts parts = triangleFile();
+    parts.set("extensionsUsed",
+              R"(["KHR_animation_pointer","KHR_lights_punctual","KHR_materials_unlit"])");
+    EXPECT_THAT(readParts(parts).warnings,
+                testing::ElementsAre(testing::StartsWith("the extension 'KHR_animation_pointer'")));
+    parts.set("materials",
+              R"([{"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5}}}])");
+    EXPECT_THAT(readParts(parts).warnings, testing::Contains(testing::StartsWith("1 translucent")));
+}
+
+// A node below an invisible one is invisible, too; one beside it is not.
+TEST(Gltf, InvisibleNodesShowNothing) {
+    const auto meshesOf = [](const std::string& visibility) {
+        GltfParts parts = triangleFile();
+        parts
+            .set("nodes", R"([{"children":[1],"extensions":{"KHR_node_visibility":)" + visibility +
+                              R"(}},{"mesh":0},{"mesh":0}])")
+            .set("scenes", R"([{"nodes":[0,2]}])")
+            .set("extensionsRequired", R"(["KHR_node_visibility"])");
+        std::vector<int> meshes;
+        for (const Node& node : readParts(parts).nodes)
+            meshes.push_back(node.mesh);
+        return meshes;
+    };
+    EXPECT_THAT(meshesOf(R"({"visible":false})"), testing::ElementsAre(kNone, kNone, 0));
+    EXPECT_THAT(meshesOf(R"({"visible":true})"), testing::ElementsAre(kNone, 0, 0));
+    EXPECT_THAT(meshesOf("{}"), testing::ElementsAre(kNone, 0, 0));
+    EXPECT_THROW(meshesOf(R"({"visible":0})"), Error);
+}
+
 TEST(Gltf, UnknownRequiredExtensionsAreRefusedByName) {
     for (const char* name :
          {"KHR_meshopt_compression", "EXT_mesh_gpu_instancing", "FAKE_extension"}) {
