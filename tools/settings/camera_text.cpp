@@ -14,11 +14,14 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns the axes of a camera without roll: its right and its up.
+/// Returns the axes of a camera without roll: its right and its up. Straight down and up are as of
+/// one that looked along -z and tilted.
 std::pair<glm::vec3, glm::vec3> levelAxes(const glm::vec3& forward) {
-    const glm::vec3 aside = std::abs(forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
-    const glm::vec3 right = glm::normalize(glm::cross(forward, aside));
-    return {right, glm::cross(right, forward)};
+    const glm::dvec3 along(forward);
+    const bool isVertical = std::max(std::abs(along.x), std::abs(along.z)) < 1e-6;
+    const glm::dvec3 right =
+        isVertical ? glm::dvec3(1, 0, 0) : glm::normalize(glm::cross(along, glm::dvec3(0, 1, 0)));
+    return {glm::vec3(right), glm::vec3(glm::cross(right, along))};
 }
 
 Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {

@@ -49,6 +49,16 @@ TEST(CameraText, ATargetMayBeAsNearAsFloatsAre) {
     EXPECT_THAT(cameraRefusal("0,0,0,1e-60,0,0"), HasSubstr("the same point"));
 }
 
+// Near the vertical nothing turns over: as of a camera that looks along -z and tilts.
+TEST(CameraText, LooksStraightDownAsOneThatTiltsDown) {
+    for (const char* z : {"3", "0.2", "0.001", "0"})
+        EXPECT_NEAR(glm::distance(cameraFromText(std::string("0,12,") + z + ",0,0,0").up,
+                                  glm::normalize(glm::vec3(0, std::stof(z), -12))),
+                    0, 1e-5f)
+            << z;
+    EXPECT_NEAR(glm::distance(cameraFromText("0,0,0,0,5,0").up, glm::vec3(0, 0, 1)), 0, 1e-6f);
+}
+
 TEST(CameraText, PlanesDifferAsFloats) {
     EXPECT_THAT(cameraRefusal("0,0,0,1,0,0,60,1e-60,1"), HasSubstr("0 < near < far"));
     EXPECT_THAT(cameraRefusal("0,0,0,1,0,0,60,1,1.00000000001"), HasSubstr("0 < near < far"));
