@@ -6,6 +6,8 @@
 
 #include <muParser.h>
 
+#include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace shadowdag {
@@ -33,6 +35,18 @@ constexpr Quantity kQuantities[] = {
      kCountsMovers},
 };
 constexpr size_t kQuantityCount = std::size(kQuantities);
+
+/// Returns the quantities of a map as text.
+std::string valuesOf(const double (&values)[kQuantityCount]) {
+    std::string text;
+    for (size_t q = 0; q < kQuantityCount; ++q) {
+        char value[64];
+        std::snprintf(value, sizeof value, "%s%s = %g", q == 0 ? "" : ", ", kQuantities[q].name,
+                      values[q]);
+        text += value;
+    }
+    return text;
+}
 
 class ExpressionModel : public CostModel {
 public:
@@ -80,6 +94,11 @@ private:
                                 "cost model 'expr:" + expression_ + "' has " +
                                     std::to_string(resultCount) +
                                     " values separated by commas; use one that is > 0 for rays");
+                if (offset == 0.0 && std::isnan(results[0])) // of a map, not of the trial
+                    throw Error(ErrorKind::kUsage,
+                                "cost model 'expr:" + expression_ + "' is not a number where " +
+                                    valuesOf(values) +
+                                    "; guard it, as in texels/(pairs+1) or sqrt(max(0,texels-96))");
                 ratios.push_back(results[0] > 0.0 ? std::numeric_limits<double>::infinity() : 0.0);
             }
         } catch (const mu::Parser::exception_type& error) {

@@ -80,7 +80,8 @@ TEST(ExpressionModel, TracesWhereTheExpressionIsPositive) {
     maps[1].triangles = 2000;
     EXPECT_EQ(makeCostModel("expr:0.5 * triangles - samples")->route(maps), (Routes{kRays, kMap}));
     EXPECT_EQ(makeCostModel("expr:0")->route(maps), (Routes{kMap, kMap}));
-    EXPECT_EQ(makeCostModel("expr:sqrt(-1)")->route(maps), (Routes{kMap, kMap}));
+    EXPECT_EQ(makeCostModel("expr:sqrt(texels - 49)")->route(maps), (Routes{kRays, kRays}));
+    EXPECT_THROW(makeCostModel("expr:sqrt(texels - 60)")->route(maps), Error);
     EXPECT_EQ(makeCostModel("expr:1")->counts(), uint32_t(kCountsNothing));
     EXPECT_EQ(makeCostModel("expr:texels - 96")->counts(), uint32_t(kCountsNothing));
     EXPECT_EQ(makeCostModel("expr:batches + moverCrossings > pages")->counts(),
