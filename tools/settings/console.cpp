@@ -106,6 +106,7 @@ public:
         if (fraction < fraction_) { // the next loop
             base_ = 0;
             begin_ = Clock::now();
+            pass_ += fraction < fraction_ / 2; // not of threads that report out of order
         }
         fraction_ = fraction;
         if (since(begin_) < 0.2) // what was resumed says nothing about the rate
@@ -139,15 +140,17 @@ private:
 
     void draw() {
         const double elapsed = since(start_);
-        std::string times = seconds(elapsed);
+        std::string times = seconds(elapsed), what = what_;
         if (fraction_ - base_ > 0.01 && since(begin_) > 0.5)
             times += ", about " + seconds(since(begin_) * (1 - fraction_) / (fraction_ - base_)) +
-                     " left";
+                     (pass_ > 1 ? " left of this pass" : " left");
+        if (pass_ > 1)
+            what += ", pass " + std::to_string(pass_);
         if (!isTerminal_) {
             if (since(lastLine) < lineIntervalS_)
                 return;
             lastLine = Clock::now();
-            std::fprintf(stderr, "%s: %d %%, %s\n", what_.c_str(), int(fraction_ * 100),
+            std::fprintf(stderr, "%s: %d %%, %s\n", what.c_str(), int(fraction_ * 100),
                          times.c_str());
             return;
         }
@@ -155,7 +158,7 @@ private:
         const int full = std::clamp(int(fraction_ * kCells), 0, kCells);
         std::string cells(size_t(full), '#');
         cells.resize(kCells, '.');
-        std::fprintf(stderr, "\r%s [%s] %3d %%  %s \033[K", what_.c_str(), cells.c_str(),
+        std::fprintf(stderr, "\r%s [%s] %3d %%  %s \033[K", what.c_str(), cells.c_str(),
                      int(fraction_ * 100), times.c_str());
         std::fflush(stderr);
         isBarDrawn = true;
@@ -177,6 +180,7 @@ private:
     const Clock::time_point start_ = Clock::now();
     double fraction_ = 0, base_ = 0;         ///< base_: where begin_ was
     Clock::time_point begin_ = Clock::now(); ///< of the work whose fraction is known
+    int pass_ = 1;                           ///< which of the loops
     bool isEnded_ = false;
     std::condition_variable wake_;
     std::thread thread_;
