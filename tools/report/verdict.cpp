@@ -119,9 +119,13 @@ std::string percent(double share) {
 
 std::string describe(const Variant& v) {
     const int decimals = v.timeMs < 10 ? 2 : 1;
-    return v.shown +
-           formatted(", %.*f ms (%.*f to %.*f), ", decimals, v.timeMs, decimals, v.minMs, decimals,
-                     v.maxMs) +
+    std::string how; // one measurement has no spread
+    if (v.repeatCount > 1)
+        how = formatted("%.*f to %.*f", decimals, v.minMs, decimals, v.maxMs);
+    if (v.frameCount > 1)
+        how += (how.empty() ? "" : ", ") + formatted("mean of %d frames", int(v.frameCount));
+    return v.shown + formatted(", %.*f ms", decimals, v.timeMs) +
+           (how.empty() ? "" : " (" + how + ")") + ", " +
            (v.wrongCount == 0 ? "no pair" : percent(v.wrongShare()) + " of the pairs") + " wrong";
 }
 

@@ -99,7 +99,7 @@ TEST(Verdict, FramesOfAVariantAreOneVariant) {
     other["frame"] = 1;
     const Json found = verdict({row("a", 20, 0), other});
     EXPECT_THAT(found["text"].get<std::string>(),
-                HasSubstr("use a, 30.0 ms (29.0 to 31.0), 1.00 %"));
+                HasSubstr("use a, 30.0 ms (29.0 to 31.0, mean of 2 frames), 1.00 %"));
 }
 
 TEST(Verdict, RowsWhoseNumbersAreNotTrustedAreNamedWithTheReason) {
