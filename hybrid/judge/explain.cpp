@@ -140,6 +140,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     // fewer texels than its clusters request is held to those: coarser ones explain nothing.
     const float asked = q.map < inputs_.askedTexels.size() ? inputs_.askedTexels[q.map] : 0.0f;
     q.isCoarserThanAsked = double(map.faceTexels) < double(asked);
+    q.isOfOwnLight = isMapOf(map, inputs_.lights[inputs_.pairs.light[pair]]);
     const double given = q.isCoarserThanAsked ? double(map.faceTexels) / double(asked) : 1.0;
     const double texels = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * given;
     q.rhoWorld = texels * texelWorld;
@@ -327,7 +328,8 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
         return PairVerdict::kUnexplained;
     if (isDark && anyAimedShiftIsDark(q))
         return PairVerdict::kSettled;
-    if (!hasTaps(q) || q.isCoarserThanAsked) // whose taps' rays are farther than rho
+    // The taps' rays of a coarser map are farther than rho, and those of another light's elsewhere.
+    if (!hasTaps(q) || q.isCoarserThanAsked || !q.isOfOwnLight)
         return PairVerdict::kUnexplained;
     for (const float constantTexels : {0.0f, inputs_.method.bias.constantTexels})
         if (isDarkByTruthTaps(q, constantTexels) == isDark)

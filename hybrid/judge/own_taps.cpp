@@ -166,6 +166,17 @@ double OwnTaps::visibility(const std::function<bool(const OwnTap&)>& isDark) con
     return 1.0;
 }
 
+bool isMapOf(const ShadowMapInfo& map, const Light& light) {
+    if (light.kind != Light::kSun)
+        return !map.window.isDirectional() && map.lightPositionWorld == light.positionWorld &&
+               map.rangeWorld == light.rangeWorld;
+    if (!map.window.isDirectional())
+        return false;
+    constexpr double kTurn = 0x1p-20; // of rounded directions
+    const glm::dvec3 towards = -glm::normalize(glm::dvec3(light.directionWorld));
+    return glm::length(glm::normalize(map.window.w) - towards) < kTurn;
+}
+
 OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                     const glm::vec3& normalWorld, const ShadowMapBias& bias) {
     OwnTaps own;

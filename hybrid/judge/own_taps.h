@@ -5,6 +5,7 @@
 // so that a fault of its geometry cannot excuse itself.
 #pragma once
 
+#include "scenes/light_leaf.h"
 #include "shadowmap/shadow_map_lookup.h"
 
 #include <functional>
@@ -35,6 +36,10 @@ struct OwnTaps {
     /// are omitted. @param isDark of a tap
     double visibility(const std::function<bool(const OwnTap&)>& isDark) const;
 };
+
+/// Returns whether a map is one of a light: about its position, with its range; a directional
+/// light's window looks along it. Taps in the map of another light say nothing about a pair.
+bool isMapOf(const ShadowMapInfo& map, const Light& light);
 
 /// Returns the taps of a receiver. @param positionWorld finite; all as lookupVisibility has them
 OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,

@@ -16,6 +16,7 @@ struct PairJudge::Question {
     double startOffsetWorld, endOffsetWorld;
     bool isExact;            ///< rays, by triangles: only rounding can differ
     bool isCoarserThanAsked; ///< maps: the map has fewer texels than its clusters request
+    bool isOfOwnLight;       ///< maps: the map is one of the pair's light
     DagHit hit;              ///< rays, dark by a voxel
     ShadowMapTrace trace;    ///< maps, dark
 };

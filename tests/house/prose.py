@@ -231,7 +231,11 @@ def of_animations(results):
             pairs[name] = pairs.get(name, 0) + row["pair_count"]
     worst = "{time_ms_p99:.0f} ({time_ms_p99_low:.0f} to {time_ms_p99_high:.0f})"
     over = lambda rows, label: rows[label]["time_ms_mean"] / rows[embree]["time_ms_mean"]
-    stated = []
+    confidence = {row["time_ms_p99_confidence"] for rows in times.values() for row in rows.values()}
+    counts = {row["value_count"] for rows in times.values() for row in rows.values()}
+    apart = [name for name, rows in times.items() if rows[exact]["time_ms_p99_high"] < rows[embree]["time_ms_p99_low"]]
+    stated = [f"99th percentiles with the intervals of {100 * min(confidence):.0f} % that {min(counts)} values give",
+              f"the intervals of both are apart in {listed(apart)}"]
     for name, rows in times.items():
         cells = [f"{rows[embree]['time_ms_mean']:.0f}", worst.format(**rows[embree])]
         for label in (exact, voxel):

@@ -17,6 +17,7 @@
 #include "cuda/error.h"
 #include "scenes/output_target.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -97,6 +98,12 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
             console.note(plugin.name() +
                          ": masks cut triangles of this scene, which plug-ins do not see");
     }
+    for (auto answers = all.begin(); answers != all.end(); ++answers)
+        if (std::any_of(all.begin(), answers,
+                        [&](const RayAnswers& other) { return other.tracer == answers->tracer; }))
+            throw Error(ErrorKind::kUsage, "two tracers are named '" + answers->tracer +
+                                               "', so that rows and charts could not tell them "
+                                               "apart; rename one");
     Json results = {{"provenance", buildProvenance(Backend::kCpu)},
                     {"experiment", set.about.value("experiment", Json::object())},
                     {"set_id", set.id()},

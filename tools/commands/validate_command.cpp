@@ -96,7 +96,11 @@ void printReport(std::ostream& out, const ErrorReport& report, const FrameCounts
             printCounts(out, std::to_string(light), report.perLight[light]);
     printCounts(out, "all", report.total);
     out << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
-        << " right results that the 32 rays which explain errors would flip\n";
+        << " right results that the 32 rays which explain errors would flip";
+    if (report.outlineNullSampleCount > 0)
+        out << "; " << report.outlineNullRate << " of " << report.outlineNullSampleCount
+            << " near outlines, which the explained share is to be compared with";
+    out << "\n";
     if (const std::string note = poolNote(counts); !note.empty())
         out << note << "; enlarge it with --pool\n";
     const ErrorCounts& total = report.total;
@@ -170,6 +174,12 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
             console.people() << frames.sceneName() << "\n";
         printReport(console.people(), report, result.counts);
         Json json = jsonOf(report);
+        if (backend != Backend::kGl) { // whose samples are rounded to its own grid
+            const SelfChecks checks = frames.checkItself();
+            json["self_checks"] = checks.json();
+            if (const std::string wrong = checks.text(); !wrong.empty())
+                console.note("warning: " + wrong);
+        }
         json["camera_numbers"] = frames.reproduction()["camera_numbers"];
         if (!fewPairs.empty()) {
             console.note("warning: " + fewPairs);

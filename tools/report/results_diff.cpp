@@ -28,7 +28,7 @@ constexpr const char* kNameKeys[] = {"part",   "scene",  "failure",
                                      "frame",  "label",  "method",
                                      "remedy", "light",  "measure",
                                      "band",   "tracer", "order",
-                                     "call"};
+                                     "call",   "camera"};
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes",   "map_costs",     "truth_images",
                                        "pictures", "broken",        "warnings",

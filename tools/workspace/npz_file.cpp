@@ -251,6 +251,7 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
                                     std::to_string(kMaxArrayCount) + " at most");
     uint64_t at = reader.get<uint32_t>(end + 16, "the archive's directory");
     std::vector<NamedArray> arrays;
+    uint64_t endBefore = 0; // of the last array: bytes are those of one alone
     for (uint32_t i = 0; i < count; ++i) {
         if (reader.get<uint32_t>(at, "an entry of the directory") != kCentralSignature)
             reader.refuse(at, "this is no entry of the archive's directory");
@@ -273,11 +274,15 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
         if (packed != size || size == 0xffffffffu || local == 0xffffffffu)
             reader.refuse(at + 20, "array \"" + name + "\" is of an archive over 4 GiB",
                           "write .rays");
+        if (local < endBefore)
+            reader.refuse(at + 42, "array \"" + name + "\" begins before the end of the last one",
+                          "write it with numpy.savez");
         if (reader.get<uint32_t>(local, "an array's head") != kLocalSignature)
             reader.refuse(local, "array \"" + name + "\" does not begin here");
         const uint64_t offset =
             local + kLocalBytes + reader.get<uint16_t>(local + 26, "an array's head") +
             reader.get<uint16_t>(local + 28, "an array's head");
+        endBefore = offset + size;
         const std::string_view npy = reader.text(offset, size, "an array");
         if (crc32(npy.data(), npy.size()) != crc)
             reader.refuse(offset, "array \"" + name + "\": its checksum is another",

@@ -247,6 +247,13 @@ ErrorReport SingleFrames::judge() {
     return judge_->judge(0, answers_);
 }
 
+SelfChecks SingleFrames::checkItself() const {
+    if (answers_.frame.color.size() != answers_.gbuffer.count())
+        return {}; // the truth has no frame
+    const auto step = console_.step("check the frame itself");
+    return checkFrame(world(), workspace_->camera(), answers_);
+}
+
 const FrameTruth& SingleFrames::truthPicture(float exposure) {
     const auto step = console_.step("Embree's picture");
     return judge_->picture(0, answers_.gbuffer, answers_.frame.pairs, exposure);

@@ -5,6 +5,7 @@
 #include "tools/settings/common_options.h"
 #include "tools/workspace/cost_file.h"
 #include "tools/workspace/judge.h"
+#include "tools/workspace/self_checks.h"
 
 #include <memory>
 #include <optional>
@@ -77,6 +78,9 @@ public:
     const FrameTruth& truthPicture(float exposure);
     /// Returns the errors of the last frame.
     ErrorReport judge();
+    /// Returns what is wrong with the last frame itself (self_checks.h); nothing of the method
+    /// truth.
+    SelfChecks checkItself() const;
 
 private:
     const Console& console_;

@@ -4,11 +4,13 @@
 #include "cuda/backend.h"
 #include "cuda/cancel.h"
 #include "cuda/error.h"
+#include "scenes/content_hash.h"
 #include "scenes/input_file.h"
 #include "tools/workspace/tracer_api.h"
 
 #include <array>
 #include <cerrno>
+#include <cfenv>
 #include <chrono>
 #include <dlfcn.h>
 #include <filesystem>
@@ -111,9 +113,33 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
                                         reinterpret_cast<const float*>(ends.data()),
                                         receivers.data(),
                                         threadCount};
+    const auto given = [&] { // the hash of what the plug-in may read
+        ContentHasher hasher;
+        const auto add = [&](const auto& values) {
+            hasher.add(values.data(), values.size() * sizeof values[0]);
+        };
+        add(set.vertex), add(set.triangle), add(samples), add(normals), add(ends), add(receivers);
+        return hasher.hash();
+    };
+    const auto before = given();
+    // Code of others: it may throw, and leave another rounding mode.
+    const auto guarded = [&](const auto& call) {
+        std::fenv_t mode;
+        std::fegetenv(&mode);
+        const auto restore = [](std::fenv_t* saved) { std::fesetenv(saved); };
+        const std::unique_ptr<std::fenv_t, decltype(restore)> guard(&mode, restore);
+        std::string why = "throws an exception";
+        try {
+            return call();
+        } catch (const std::exception& error) {
+            why += std::string(": ") + error.what();
+        } catch (...) { // NOLINT(bugprone-empty-catch): refused below
+        }
+        throw tracerError(path_, why);
+    };
     ErrorText error;
     auto start = std::chrono::steady_clock::now();
-    void* const built = tracer.build(&triangles, error.room());
+    void* const built = guarded([&] { return tracer.build(&triangles, error.room()); });
     RayAnswers answers;
     answers.buildMs = millisecondsSince(start);
     if (!built)
@@ -127,7 +153,8 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
         pollCpu();
         blocked.assign(set.pairCount(), 2); // neither answer
         start = std::chrono::steady_clock::now();
-        const int status = tracer.occluded(built, &segments, blocked.data(), error.room());
+        const int status = guarded(
+            [&] { return tracer.occluded(built, &segments, blocked.data(), error.room()); });
         if (repeat > 0)
             answers.timeMs.push_back(millisecondsSince(start));
         if (status != 0)
@@ -140,6 +167,9 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
         else if (blocked != first)
             refuse("answers differ between repetitions, so that none can be scored");
     }
+    if (given() != before)
+        refuse("changes the triangles or segments that it is given, of which the truth is made, "
+               "too; let it sort copies");
     for (const uint8_t isBlocked : first)
         answers.visibility.push_back(isBlocked ? 0.0f : 1.0f);
     return answers;

@@ -129,6 +129,30 @@ ShadowMapInfo windowOf(uint32_t texels, uint32_t pages, const glm::vec3& directi
     return map;
 }
 
+TEST(OwnTaps, AreOfTheMapOfTheirLightAlone) {
+    ShadowMapInfo map = mapOf(16, 1);
+    Light light;
+    light.positionWorld = map.lightPositionWorld;
+    light.rangeWorld = map.rangeWorld;
+    EXPECT_TRUE(isMapOf(map, light));
+    light.kind = Light::kSpot;
+    EXPECT_TRUE(isMapOf(map, light));
+    light.rangeWorld *= 2.0f;
+    EXPECT_FALSE(isMapOf(map, light));
+    light.rangeWorld = map.rangeWorld;
+    light.positionWorld.x += 0.001f;
+    EXPECT_FALSE(isMapOf(map, light));
+
+    const glm::vec3 down(0.3f, -1.0f, 0.2f);
+    map = windowOf(64, 4, down);
+    light.kind = Light::kSun;
+    light.directionWorld = glm::normalize(down);
+    EXPECT_TRUE(isMapOf(map, light));
+    light.directionWorld = glm::normalize(down + glm::vec3(0.001f, 0.0f, 0.0f));
+    EXPECT_FALSE(isMapOf(map, light));
+    EXPECT_FALSE(isMapOf(mapOf(16, 1), light));
+}
+
 // Under a sun overhead a floor of slope 1 rises by a texel's side for each texel.
 TEST(OwnTaps, OfAWindowLieOnTheReceiversPlane) {
     const ShadowMapInfo map = windowOf(64, 4, {0.0f, -1.0f, 0.0f});

@@ -54,6 +54,44 @@ TEST(StudyMutants, FaultsAreNoticedByTheChecksThatTheyViolate) {
     EXPECT_THAT(readText(report + "/mutants.csv"), HasSubstr("order-without-maps"));
 }
 
+// Faults that no comparison with the truth shows, because the truth is asked about the frame's own
+// pairs.
+TEST(StudyMutants, ValidateSeesWhatIsWrongWithTheFrameItself) {
+    if (!kHasMutants)
+        GTEST_SKIP() << "built without assertions";
+    const TemporaryDirectory directory;
+    const auto checks = [&](const char* fault, const char* scene, const char* method,
+                            const char* option = "--method") {
+        std::vector<std::string> before; // without a fault the variable is not set
+        if (*fault != '\0')
+            before = {"/usr/bin/env", std::string("SHADOWDAG_MUTANT=") + fault};
+        const ProgramResult result = runShadowdag(
+            directory, {"validate", scene, option, method, "--size", "256x144", "--json"}, before);
+        EXPECT_EQ(result.status, 0) << result.err;
+        const Json found = result.json()["self_checks"];
+        uint64_t all = 0;
+        for (const auto& [name, count] : found.items())
+            all += count.get<uint64_t>();
+        EXPECT_EQ(all > 0,
+                  result.err.find("the frame is not what its method promises") != std::string::npos)
+            << result.err;
+        return found;
+    };
+    for (const char* method : {"dag", "maps"}) {
+        const Json healthy = checks("", "builtin:fail-sun", method);
+        EXPECT_EQ(healthy.size(), 5u);
+        for (const auto& [name, count] : healthy.items())
+            EXPECT_EQ(count, 0) << name << " by " << method;
+    }
+    EXPECT_GT(checks("light-short", "builtin:fail-sun", "dag")["wrong_list_pair_count"], 50);
+    EXPECT_GT(checks("sample-moved", "builtin:fail-sun", "dag")["misplaced_sample_count"], 1000);
+    EXPECT_GT(checks("order-without-maps", "builtin:fail-alpha", "PMCD-EB-RL",
+                     "--variant")["wrong_color_count"],
+              10);
+    EXPECT_GT(checks("routes-swapped", "builtin:fail-alpha", "maps")["wrong_lookup_count"], 1000);
+    EXPECT_GT(checks("map-face-halved", "builtin:fail-alpha", "maps")["coarser_map_count"], 0);
+}
+
 TEST(StudyMutants, AVariableThatNamesNoFaultEndsTheProgram) {
     if (!kHasMutants)
         GTEST_SKIP() << "built without assertions";

@@ -89,7 +89,7 @@ TEST(Charts, TheMainChartHasAPanelForEverySceneAndSize) {
     std::string said;
     ASSERT_EQ(draw({directory / "large.json", directory / "small.json"}, &said), 0) << said;
     const std::string svg = readText(directory / "main/main.svg");
-    for (const char* title : {"atrium (built, mirrored halves), 640 × 360",
+    for (const char* title : {"atrium (built, mirrored), 640 × 360",
                               "lost empire torches, 640 × 360", "conference, 1920 × 1080"})
         EXPECT_THAT(svg, testing::HasSubstr(std::string("<!-- ") + title + " -->"));
     for (const char* name : {"voxel rays", "maps", "hybrid, 96 texels", "hybrid, oracle"})

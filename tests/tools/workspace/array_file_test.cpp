@@ -107,6 +107,21 @@ TEST(ArrayFile, EveryTruncationOfAnNpzIsRefusedAndNoFlippedBitChangesAnArray) {
     }
 }
 
+// Else a megabyte of entries that share their bytes would be read as a hundred.
+TEST(ArrayFile, ArraysOfAnArchiveShareNoBytes) {
+    std::vector<NamedArray> arrays = {madeArrays()[0], madeArrays()[0]};
+    arrays[0].name = "a";
+    arrays[1].name = "b";
+    std::string file = encodeNpz(arrays);
+    EXPECT_EQ(decodeNpz(file, "a.npz").size(), 2u);
+    const std::string signature("PK\x01\x02");
+    const size_t second = file.find(signature, file.find(signature) + 1);
+    ASSERT_NE(second, std::string::npos);
+    file.replace(second + 42, 4, std::string(4, '\0')); // where the first begins
+    EXPECT_THAT(complaintOf([&] { decodeNpz(file, "a.npz"); }),
+                HasSubstr("array \"b\" begins before the end of the last one"));
+}
+
 TEST(ArrayFile, NumpyReadsWhatWeWriteAndWeReadWhatItWrites) {
     const TemporaryDirectory directory;
     const std::string ours = directory / "ours.npz", theirs = directory / "theirs.npz";

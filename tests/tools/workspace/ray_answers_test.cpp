@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cfenv>
 #include <functional>
 
 namespace shadowdag {
@@ -139,6 +140,10 @@ TEST(TracerPlugin, LibrariesThatAreNoTracersAreRefused) {
     EXPECT_THAT(refusal("occluded"), HasSubstr("cannot answer 4 pairs: it gives no reason"));
     EXPECT_THAT(refusal("unanswered"), HasSubstr("leaves pair 3 without an answer of 0 or 1"));
     EXPECT_THAT(refusal("changing"), HasSubstr("answers differ between repetitions"));
+    EXPECT_THAT(refusal("throwing"), HasSubstr("throws an exception: out of cells"));
+    EXPECT_EQ(refusal("rounding"), "nothing was refused");
+    EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+    EXPECT_THAT(refusal("writing"), HasSubstr("changes the triangles or segments"));
 }
 
 } // namespace

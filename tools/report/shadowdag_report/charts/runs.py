@@ -41,7 +41,7 @@ def over_frames(runs):
     """Merges the frames of one scene: mean time, errors over all pairs, spread as mean of minima and maxima."""
     merged = {}
     for run in runs:
-        merged.setdefault(run["label"], []).append(run)
+        merged.setdefault((run["method"], run["label"]), []).append(run)  # a tracer may have a method's name
     result = []
     for group in merged.values():
         one = dict(group[0])

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/self_checks.h"
+
+#include "hybrid/judge/own_taps.h"
+
+#include <cmath>
+
+namespace shadowdag {
+
+namespace {
+
+/// A pair is asked about only where rounding cannot decide it.
+constexpr double kMargin = 1e-5;
+
+enum class Belongs : uint8_t { kNo, kYes, kEither };
+
+/// Returns whether a value that must be positive is, within kMargin of a scale.
+Belongs isPositive(double value, double scale) {
+    return value > kMargin * scale    ? Belongs::kYes
+           : value < -kMargin * scale ? Belongs::kNo
+                                      : Belongs::kEither;
+}
+
+/// Returns whether a sample and a light are a pair by the definition in docs/method.md.
+Belongs isPairByDefinition(const Light& light, const glm::dvec3& position,
+                           const glm::dvec3& normal) {
+    if (light.kind == Light::kSun)
+        return isPositive(-glm::dot(glm::dvec3(light.directionWorld), normal), 1.0);
+    const glm::dvec3 toLight = glm::dvec3(light.positionWorld) - position;
+    const double distance = glm::length(toLight), range = light.rangeWorld;
+    Belongs all = isPositive(range - distance, range);
+    const auto also = [&](Belongs one) {
+        all = all == Belongs::kNo || one == Belongs::kNo ? Belongs::kNo
+              : all == Belongs::kYes                     ? one
+                                                         : all;
+    };
+    // The spacing of floats at the coordinates is a part of the rounding.
+    const double scale = distance + glm::length(position) + glm::length(toLight);
+    also(isPositive(glm::dot(toLight, normal), scale));
+    if (light.kind == Light::kSpot)
+        also(isPositive(-glm::dot(toLight, glm::dvec3(light.directionWorld)) -
+                            double(light.cosOuter) * distance,
+                        scale));
+    return all;
+}
+
+} // namespace
+
+uint64_t countWrongPairs(const World& world, const PairResults& answers) {
+    const GBufferView& gbuffer = answers.gbuffer;
+    const PairList& pairs = answers.frame.pairs;
+    const std::vector<Light>& lights = world.lights();
+    uint64_t wrong = 0;
+    for (size_t s = 0; s < gbuffer.count(); ++s) {
+        uint64_t at = pairs.sampleStart[s];
+        for (uint32_t l = 0; l < lights.size(); ++l) {
+            const bool isListed = at < pairs.sampleStart[s + 1] && pairs.light[at] == l;
+            at += isListed;
+            const Belongs belongs =
+                gbuffer.triangle[s] == kBackground
+                    ? Belongs::kNo
+                    : isPairByDefinition(lights[l], glm::dvec3(gbuffer.positionWorld[s]),
+                                         glm::dvec3(gbuffer.normalWorld[s]));
+            wrong += belongs == (isListed ? Belongs::kNo : Belongs::kYes);
+        }
+        wrong += pairs.sampleStart[s + 1] - at; // listed twice or out of order
+    }
+    return wrong;
+}
+
+uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
+    const glm::dvec3 eye(camera.positionWorld),
+        forward = glm::normalize(glm::dvec3(camera.forward));
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(camera.up)));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const double pixel = 2.0 * std::tan(0.5 * double(camera.yfov)) / gbuffer.height;
+    uint64_t wrong = 0;
+    for (size_t s = 0; s < gbuffer.count(); ++s) {
+        if (gbuffer.triangle[s] == kBackground)
+            continue;
+        const double x = double(s % gbuffer.width) + 0.5 - 0.5 * gbuffer.width;
+        const double y = 0.5 * gbuffer.height - double(s / gbuffer.width) - 0.5;
+        const glm::dvec3 way = glm::dvec3(gbuffer.positionWorld[s]) - eye;
+        const double depth = glm::dot(way, forward);
+        const glm::dvec3 onRay = (forward + right * (x * pixel) + up * (y * pixel)) * depth;
+        const double rounding = 0x1p-22 * (glm::length(eye) + glm::length(way));
+        wrong += !(glm::length(way - onRay) <= 0.05 * pixel * depth + rounding);
+    }
+    return wrong;
+}
+
+uint64_t countWrongColors(const World& world, const PairResults& answers) {
+    const std::vector<glm::vec3> expected =
+        shadePairs(answers.gbuffer, world, answers.frame.pairs, answers.frame.visibility);
+    uint64_t wrong = 0;
+    for (size_t s = 0; s < expected.size(); ++s)
+        for (int c = 0; c < 3; ++c) {
+            const float is = answers.frame.color[s][c], should = expected[s][c];
+            if (!(std::fabs(is - should) <= 1e-4f * (std::fabs(is) + std::fabs(should)) + 1e-9f)) {
+                ++wrong;
+                break;
+            }
+        }
+    return wrong;
+}
+
+uint64_t countWrongResolutions(const PairResults& answers) {
+    uint64_t wrong = 0;
+    size_t drawn = 0;
+    const View<const ShadowMapInfo> maps = answers.method.maps.maps;
+    for (const MapRecord& record : answers.frame.maps) {
+        if (record.route != Route::kMap)
+            continue;
+        const double asked =
+            double(record.quantities.faceTexels) / double(answers.frame.counts.maps.degradeDivisor);
+        wrong += drawn >= maps.count || !(double(maps[drawn].faceTexels) + 1.0 > asked);
+        ++drawn;
+    }
+    return wrong;
+}
+
+uint64_t countWrongLookups(const World& world, const PairResults& answers) {
+    const PairList& pairs = answers.frame.pairs;
+    const ShadowMapView& maps = answers.method.maps;
+    constexpr double kRounding = 2.0 / 255.0;
+    uint64_t wrong = 0;
+    for (size_t s = 0; s < answers.gbuffer.count(); ++s)
+        for (uint64_t p = pairs.sampleStart[s]; p < pairs.sampleStart[s + 1]; ++p) {
+            const PairServer server = answers.frame.pairServer[p];
+            if (!server.isMap())
+                continue;
+            if (!isMapOf(maps.maps[server.map()], world.lights()[pairs.light[p]])) {
+                ++wrong;
+                continue;
+            }
+            const OwnTaps taps =
+                makeOwnTaps(maps.maps[server.map()], answers.gbuffer.positionWorld[s],
+                            answers.gbuffer.normalWorld[s], answers.method.bias);
+            if (taps.isAtBorder)
+                continue;
+            const glm::dvec2 range = ownVisibility(maps, server.map(), taps);
+            const double is = answers.frame.visibility[p] / 255.0;
+            wrong += is < range.x - kRounding || is > range.y + kRounding;
+        }
+    return wrong;
+}
+
+SelfChecks checkFrame(const World& world, const Camera& camera, const PairResults& answers) {
+    return {countWrongPairs(world, answers), countWrongSamples(camera, answers.gbuffer),
+            countWrongLookups(world, answers), countWrongResolutions(answers),
+            countWrongColors(world, answers)};
+}
+
+std::string SelfChecks::text() const {
+    std::string text;
+    const auto add = [&](uint64_t count, const char* what) {
+        if (count > 0)
+            text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + what;
+    };
+    add(wrongListPairCount, "pairs that the frame lacks or has too many of");
+    add(misplacedSampleCount, "samples beside the ray of their pixel");
+    add(wrongLookupCount, "lookups unlike the stored depths of their light's map");
+    add(coarserMapCount, "maps of fewer texels than were asked");
+    add(wrongColorCount, "colours unlike those of their pairs");
+    return text.empty()
+               ? text
+               : "the frame is not what its method promises, whatever the truth says: " + text +
+                     "; please report it with the scene";
+}
+
+Json SelfChecks::json() const {
+    return {{"wrong_list_pair_count", wrongListPairCount},
+            {"misplaced_sample_count", misplacedSampleCount},
+            {"wrong_lookup_count", wrongLookupCount},
+            {"coarser_map_count", coarserMapCount},
+            {"wrong_color_count", wrongColorCount}};
+}
+
+} // namespace shadowdag

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame promises beside its answers, held against definitions in double precision: errors
+// that no comparison with the truth finds, because the truth is asked about the frame's own pairs.
+// Of a right frame every count is 0.
+#pragma once
+
+#include "tools/workspace/judge.h"
+
+#include <cstdint>
+#include <string>
+
+namespace shadowdag {
+
+/// Returns how many pairs a frame lists that are none by the definition in docs/method.md, or
+/// lacks; where rounding decides, none.
+uint64_t countWrongPairs(const World& world, const PairResults& answers);
+/// Returns how many samples are a twentieth of a pixel or more off the ray of their pixel.
+uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer);
+/// Returns how many pixels have another colour than their pairs give, beyond the rounding of a sum.
+uint64_t countWrongColors(const World& world, const PairResults& answers);
+/// Returns how many maps have fewer texels than the frame's records ask for.
+uint64_t countWrongResolutions(const PairResults& answers);
+/// Returns how many pairs of maps have another visibility than the stored depths of a map of their
+/// light give, read by taps that are made in double (own_taps.h); where rounding chooses the
+/// texels, pairs are left out.
+uint64_t countWrongLookups(const World& world, const PairResults& answers);
+
+/// All of these for one frame.
+struct SelfChecks {
+    uint64_t wrongListPairCount = 0, misplacedSampleCount = 0, wrongLookupCount = 0,
+             coarserMapCount = 0, wrongColorCount = 0;
+
+    /// Returns what is wrong as a sentence, "" if nothing is.
+    std::string text() const;
+    /// Returns the counts by their names in results.
+    Json json() const;
+};
+
+/// Checks a frame. Takes time in proportion to samples times lights.
+/// @param answers of a renderer of the CPU or CUDA: gl rounds samples to its own grid
+SelfChecks checkFrame(const World& world, const Camera& camera, const PairResults& answers);
+
+} // namespace shadowdag
