@@ -13,7 +13,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "tools/report"))
 sys.dont_write_bytecode = True
 
-from shadowdag_report import adjudicated, claims, collection, committed, device, explained, intervals, mutation, stamp  # noqa: E402
+from shadowdag_report import adjudicated, claims, collection, committed, device, explained, intervals, mutation, series, stamp  # noqa: E402
 from shadowdag_report.charts import regret_analysis  # noqa: E402
 from shadowdag_report.figures import lines  # noqa: E402
 from shadowdag_report.pages import sequence_table  # noqa: E402
@@ -72,6 +72,17 @@ def test_intervals():
     equal(regret_analysis.regret_of({"time_ms": 5}, {"time_ms": 4}), 0.25)
     few = {"time_ms": 5, "round_times_ms": [2.0, 6.0, 4.0]}
     equal(regret_analysis.ratio_interval(few, {"time_ms": 1, "round_times_ms": [2.0, 2.0, 2.0]}), (0.0, 2.0))
+
+
+def test_faster_in_the_same_rounds():
+    noise = [1.0, 3.0, 2.0, 5.0, 1.0, 4.0]
+    run = lambda factor: {"time_ms": factor, "time_ms_low": 0.0, "time_ms_high": 9.0, "round_times_ms": [factor * n for n in noise]}
+    equal(series.is_faster(run(0.96), run(1.0)), True)  # in every round, however much these differ
+    equal(series.is_faster(run(0.98), run(1.0)), False)  # by less than 3 %
+    mixed = run(0.5) | {"round_times_ms": [0.5 * n for n in noise[:-1]] + [5.0]}
+    equal(series.is_faster(mixed, run(1.0)), False)
+    few = run(0.96) | {"round_times_ms": [0.5] * 5}
+    equal(series.is_faster(few, run(1.0) | {"round_times_ms": [1.0] * 5}), False)  # by the intervals
 
 
 def test_explained():

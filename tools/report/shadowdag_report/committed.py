@@ -35,10 +35,14 @@ CHARTS = (
     ("main", ("compare-beams_placed.json", "compare-beams.json"), {"main": ("beams", "svg png")}),
     ("main", ("compare-beams_placed_1080p.json", "compare-beams_1080p.json"), {"main": ("beams_1080p", "svg png")}),
     ("charts", ("compare-lod.json",), {"lod_builtin_atrium": ("lod", "png")}),
-    ("figures", ("figures_atrium.json",), {f"figure_{n}_builtin_atrium": (f"figure_{n}", "svg png") for n in (10, 15, 16)}),
-    ("figures", ("figures_houses.json",), {f"figure_{n}_builtin_houses": (f"figure_{n}_houses", "svg png") for n in (10, 15, 16)}),
+    ("figures", ("figures_atrium.json",), {f"figure_{n}_builtin_atrium": (f"figure_{n}", "svg png") for n in (15, 16)}),
+    ("figures", ("figures_houses.json",), {f"figure_{n}_builtin_houses": (f"figure_{n}_houses", "svg png") for n in (15, 16)}),
     ("figures", ("figures_necropolis.json",), {f"figure_{n}_builtin_necropolis": (f"figure_{n}_necropolis", "svg png")
                                                for n in (15, 16)}),
+    ("figures", ("figure_10.json",), {"figure_10_builtin_atrium": ("figure_10", "svg png"),
+                                      "figure_10_builtin_houses": ("figure_10_houses", "svg png"),
+                                      "figure_10_builtin_necropolis": ("figure_10_necropolis", "svg png")}),
+    ("figures", ("slow_camera.json",), {f"figure_{n}_builtin_atrium": (f"figure_{n}", "svg png") for n in (17, 18)}),
     ("figures", ("figure_11_sparse.json",), {"figure_11_builtin_houses": ("figure_11_sparse", "png")}),
     ("stability-charts", ("stability.json",), {f"stability_{p}": (f"stability_{p}", "png") for p in ("time", "perturbation", "resolution")}),
     ("mechanisms-chart", ("mechanisms.json",), {"mechanisms": ("mechanisms", "svg png")}),
@@ -47,8 +51,8 @@ CHARTS = (
     ("layouts", ("layouts.json",), {"layouts": ("layouts", "svg png")}),
     ("frame", ("bench-voxel-atrium-4096.json", "bench-voxel-sponza-4096.json"), {"frame": ("frame", "svg png")}),
 )
-FIGURES_ONLY = {"figures_atrium.json": (10, 15, 16), "figures_houses.json": (10, 15, 16), "figures_necropolis.json": (15, 16),
-                "figure_11_sparse.json": (11,)}
+FIGURES_ONLY = {"figures_atrium.json": (15, 16), "figures_houses.json": (15, 16), "figures_necropolis.json": (15, 16),
+                "figure_10.json": (10,), "slow_camera.json": (17, 18), "figure_11_sparse.json": (11,)}
 
 
 def arguments_of(command, data, directory):

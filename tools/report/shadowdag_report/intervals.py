@@ -4,7 +4,10 @@
 Newer results state the interval of a median by order statistics (`_low`, `_high`, `_confidence`). Of older ones the least
 and the greatest of n values are known, which hold the median with 1 - 2^(1 - n).
 """
+import math
+
 CONFIDENCE = 0.95
+LEAST_ROUNDS = 6  # whose least and greatest ratio hold the median with 95 %
 
 
 def interval(row, key="time_ms"):
@@ -36,6 +39,23 @@ def interval_text(row, key="time_ms", decimals=0):
 
 def least_confidence(rows, key="time_ms"):
     return min((interval(row, key)[2] for row in rows), default=0.0)
+
+
+def paired_ratios(run, base):
+    """Returns the ratios of two times in the same rounds, ascending; none where the rounds are not known."""
+    of, to = run.get("round_times_ms", ()), base.get("round_times_ms", ())
+    return sorted(a / b for a, b in zip(of, to)) if len(of) == len(to) else []
+
+
+def median_interval(ordered):
+    """Returns what the median of ascending values is at least and at most: by order statistics, with 95 % unless they are fewer than
+    LEAST_ROUNDS."""
+    count = len(ordered)
+    cut, beyond = 0, 2.0 ** -count  # of a fair coin thrown so often: no more than `cut` heads
+    while 2 * (beyond + math.comb(count, cut + 1) * 2.0 ** -count) <= 1 - CONFIDENCE + 1e-12:
+        cut += 1
+        beyond += math.comb(count, cut) * 2.0 ** -count
+    return ordered[cut], ordered[count - 1 - cut]
 
 
 def are_apart(a, b, key="time_ms"):

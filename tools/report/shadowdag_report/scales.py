@@ -16,10 +16,14 @@ def plain(value, _=None):
 
 
 def log_ticks(low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
-    """Returns the ticks of a logarithmic axis: 1, 2, 5 (fewer if it spans many decades, `near` if it spans about one)."""
+    """Returns the ticks of a logarithmic axis: 1, 2, 5 (fewer if it spans many decades, `near` if it spans about one; at most six,
+    from among more, if it spans less)."""
+    def places(ticks):
+        powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        return [m * 10.0 ** e for e in powers for m in ticks if low <= m * 10.0 ** e <= high]
+
     decades = math.log10(high / low)
-    ticks = (1,) if decades > 3 else (1, 3) if decades > 2 else ticks
-    if decades < 1.3:
-        ticks = near if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
-    places = [m * 10.0 ** e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in ticks]
-    return [p for p in places if low <= p <= high]
+    if decades > 0.6:
+        return places((1,) if decades > 3 else (1, 3) if decades > 2 else ticks if decades >= 1.3 else near)
+    fine = places((1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9))
+    return fine if len(fine) <= 6 else places((1, 1.5, 2, 3, 4, 5, 7))

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which runs of compare belong together: rays by what they believe, sweeps over thresholds, the front."""
 import math
+import statistics
+
+from .intervals import LEAST_ROUNDS, interval, median_interval, paired_ratios
+
+TIE = 0.03  # kVerdictTie of tools/report/verdict.h
 
 
 def threshold_of(run):
@@ -80,8 +85,13 @@ def series_name(key, all_keys):
 
 
 def is_faster(a, b):
-    """Returns whether a run is faster than another by more than half of the larger spread of both, as the verdict has it."""
-    return a["time_ms"] + 0.5 * max(r["time_ms_max"] - r["time_ms_min"] for r in (a, b)) < b["time_ms"]
+    """Returns whether a run is faster than another, as the verdict has it (tools/report/verdict.cpp): in the same rounds, by TIE and
+    with the whole interval of the ratio; without enough rounds by more than half of the larger interval of both."""
+    ratios = paired_ratios(a, b)
+    if len(ratios) >= LEAST_ROUNDS:
+        return statistics.median(ratios) <= 1 - TIE and median_interval(ratios)[1] < 1
+    widths = [high - low for low, high, _ in map(interval, (a, b))]
+    return a["time_ms"] + 0.5 * max(widths) < b["time_ms"]
 
 
 def pareto(runs):

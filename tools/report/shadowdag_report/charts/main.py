@@ -18,10 +18,11 @@ from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_s
 
 COLUMNS = 4
 NARROWEST = 0.675  # of the width of COLUMNS: the legend has five columns
-BUILT = {"builtin:atrium": "atrium (built, mirrored halves)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
+BUILT = {"builtin:atrium": "atrium (built, mirrored)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
 LOOKS = {  # name: (colour, marker, size)
     "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "exact rays by beams": (GREEN, "d", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
-    "hybrid, 96 texels": (VERMILION, "X", 4.2), "hybrid, others": (BLUE, "^", 3.0), "hybrid, oracle": (GREEN, "*", 5.4),
+    "hybrid, 96 texels": (VERMILION, "X", 4.2), "hybrid, others": (BLUE, "^", 3.0),
+    "hybrid, voxel rays": (PURPLE, "^", 3.0), "hybrid, oracle": (GREEN, "*", 5.4),
     "others": (PURPLE, "v", 3.4), "the front": (GREY, "", 0)}
 
 WARM, WARM_BEAMS = "hollow: a warm frame, maps kept", "hollow: a warm frame, maps and beams kept"
@@ -50,6 +51,8 @@ def name_of(run):
         return {"none": "exact rays", "all": "voxel rays"}.get(believe_of(run), "others")
     if run["method"] == "hybrid":
         threshold = threshold_of(run)
+        if threshold is not None and believe_of(run) == "all":
+            return "hybrid, voxel rays"
         return (f"hybrid, {model_of(run)}" if threshold is None and run["model"] == "oracle" else "others" if threshold is None else
                 "hybrid, 96 texels" if threshold == PAPER_TEXELS else "hybrid, others")
     return "others"

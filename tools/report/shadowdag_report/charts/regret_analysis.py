@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of routing relative to model oracle, frame by frame: the content of regret.json."""
-import math
 import statistics
 
 from ..files import Refused, expecting, read_json
-from ..intervals import interval
+from ..intervals import interval, median_interval, paired_ratios
 from ..series import is_warm
 
 NOT_SERVING = {"batch boxes", "batch hierarchy", "scene update", "g-buffer", "clusters", "light assignment",
@@ -82,12 +81,6 @@ def noise(run):
     return 0.5 * (high - low) / run["time_ms"]
 
 
-def paired_ratios(run, base):
-    """Returns the ratios of two times in the same rounds, ascending; none where the rounds are not known."""
-    of, to = run.get("round_times_ms", ()), base.get("round_times_ms", ())
-    return sorted(a / b for a, b in zip(of, to)) if len(of) == len(to) else []
-
-
 def regret_of(run, base):
     """Returns the ratio of two times less 1: the median over the rounds, or the ratio of the medians."""
     ratios = paired_ratios(run, base)
@@ -101,12 +94,8 @@ def ratio_interval(run, base):
     if not ratios:
         (low, high, _), (base_low, base_high, _) = interval(run), interval(base)
         return low / base_high - 1, high / base_low - 1
-    count = len(ratios)
-    cut, beyond = 0, 2.0 ** -count  # of a fair coin thrown so often: no more than `cut` heads
-    while 2 * (beyond + math.comb(count, cut + 1) * 2.0 ** -count) <= 0.05:
-        cut += 1
-        beyond += math.comb(count, cut) * 2.0 ** -count
-    return ratios[cut] - 1, ratios[count - 1 - cut] - 1
+    low, high = median_interval(ratios)
+    return low - 1, high - 1
 
 
 def analyse(scene, frames, sums):

@@ -52,6 +52,8 @@ def over_frames(runs):
         ends = [interval(r) for r in group]
         one["time_ms_low"], one["time_ms_high"] = (sum(e[i] for e in ends) / len(ends) for i in (0, 1))
         one["time_ms_confidence"] = min(e[2] for e in ends)
+        rounds = [r.get("round_times_ms", []) for r in group]
+        one["round_times_ms"] = [sum(times) / len(group) for times in zip(*rounds)] if len({len(r) for r in rounds}) == 1 else []
         one["exact_bytes"] = sum(r.get("exact_bytes", 0) for r in group) / len(group)
         for key in ("ray_count", "exact_ray_count"):
             one[key] = sum(r.get(key, 0) for r in group)

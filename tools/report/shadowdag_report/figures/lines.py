@@ -15,7 +15,7 @@ MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
 # The paper's variants and ours, by the part that distinguishes them from their base.
 LOOKS = {SPHERE: 6, "CFM": 0, "PMC": 1, "PMCD": 2, "PMCD-EB": 3, "Nk3": 4, "PMCC-EB": 5, "LP": 7, "SO": 0, "SOR": 1,
          "PLOD1": 4, "RT": 6, "Hybrid": 2, "Hybrid:texels:16": 5, "1SM": 0, "2SM": 1, "4SM": 3, "16SM": 2, "u2": 5,
-         "u4": 7, "T1": 1, "RL": 2, "embree": 6, "computations": 6,
+         "u4": 7, "T1": 1, "RL": 2, "embree": 4, "computations": 6,
          "computations, Nk3": 6}
 
 

@@ -34,9 +34,11 @@ def figure_18(figures, sequence):
     logarithmic(axes, columns.values())
     legend_above(axes, len(chosen) + 1)
     claims = []
+    changed = np.max(list(columns.values()), axis=0) > 0  # not a frame that is led by itself
     for label in hybrids:
-        if label in columns and switched[label].any() and not switched[label].all():
-            at, other = np.mean(columns[label][switched[label]]), np.mean(columns[label][~switched[label]])
+        without = ~switched[label] & changed if label in columns else changed
+        if label in columns and switched[label].any() and without.any():
+            at, other = np.mean(columns[label][switched[label]]), np.mean(columns[label][without])
             claims.append((f"{label}: frames with a switch against those without", "-", f"{at:.4f} % against {other:.4f} %", None))
     caption = ("The mean over pixels and channels of how differently a picture and the truth's change from the frame before, at one "
                "exposure; an error that stays gives none. Rings: frames in which answers changed between rays and maps. Frames without any "
