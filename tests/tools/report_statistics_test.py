@@ -104,6 +104,12 @@ def test_committed_checks_have_the_rate_near_outlines():
     equal([row for row in rows if row.split(" | ")[column].startswith("–")], [])
 
 
+def test_commands_name_the_scenes_that_experiments_leave_open():
+    of, run = SOURCE / "scenes/experiments", "shadowdag compare --experiment scenes/experiments/"
+    equal(claims.compare_command(of / "atrium.json", "builtin:atrium"), run + "atrium.json -o report")
+    equal(claims.compare_command(of / "beams.json", "builtin:houses"), run + "beams.json builtin:houses -o report")
+
+
 def test_hidden_errors():
     """Of 20 wrong pairs more, 11 are explained; fewer than none is none, and a fault without any has no share."""
     def fault(*excess):

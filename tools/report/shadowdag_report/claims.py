@@ -31,16 +31,22 @@ def machine_of(provenance):
     return "{cpu}, {thread_count} threads, {compiler}, commit {commit}".format(**provenance)
 
 
-def compare_table(path, command):
-    """Returns the lines of one compare result: one row per run."""
+def compare_command(experiment, scene):
+    """Returns the command that measures a scene by an experiment; it names the scene if the experiment's file names none."""
+    named = read_json(experiment)["scenes"] if experiment.exists() else []
+    return "shadowdag compare --experiment scenes/experiments/{} {}-o report".format(experiment.name, "" if named else scene + " ")
+
+
+def compare_table(path, experiment):
+    """Returns the lines of one compare result: one row per run. @param experiment the file that was measured"""
     result = read_json(path)
     lines = []
     for scene in dict.fromkeys((run["scene"], run["frame"]) for run in result["runs"]):
         runs = [run for run in result["runs"] if (run["scene"], run["frame"]) == scene]
         pairs = runs[0]["pair_count"]
         lines += ["", "**{}, frame {}: {:,} pairs, {:.1f} % of them dark.** `{}` ({})".format(
-            scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs, command,
-            machine_of(result["provenance"])), "",
+            scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs,
+            compare_command(experiment, scene[0]), machine_of(result["provenance"])), "",
             "| run | ms, median (95 % interval) | n | over embree | false shadow | false light | mean error | magnified "
             "| unexplained | explained | null rate | acne | MiB |",
             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"]
@@ -233,9 +239,8 @@ def claims(folder):
     for size in ("", "_1080p"):
         lines += overview_table([path for path in (folder / f"main{size}.json", folder / f"main_placed{size}.json") if path.exists()])
     for path in sorted(folder.glob("compare-*.json")):
-        experiment = path.stem.removeprefix("compare-")
-        command = "shadowdag compare --experiment scenes/experiments/{}.json -o report".format(experiment)
-        lines += compare_table(path, command)
+        experiment = folder.resolve().parents[2] / "scenes/experiments" / path.name.removeprefix("compare-")
+        lines += compare_table(path, experiment)
     validations = sorted(folder.glob("validate-*.json"))
     if validations:
         lines += validate_table(validations)
