@@ -26,7 +26,7 @@ class WideBuilder {
 public:
     WideBuilder(const Dag& dag, WideDag& wide)
         : dag_(dag), wide_(wide), wideOf_(dag.words.size(), kNoNode) {
-        wide.words.reserve(dag.words.size()); // mostly a third of it is filled
+        wide.words.reserve(dag.words.size()); // mostly enough: a level of two holds no pointers
     }
 
     /// Returns the wide address of the node of even level.
