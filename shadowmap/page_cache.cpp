@@ -378,8 +378,7 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
                                    MapCulling culling) {
     openBlocks_.resize(masks.blocks.count);
     zero(openFaces_, masks.blocks.count / kBlocksPerMap);
-    runPass(backend_,
-            PrepareBlock{masks, culling, drawn(), openBlocks_.view(), openFaces_.view()});
+    runPass(backend_, PrepareBlock{masks, culling, drawn(), openBlocks_.view(), openFaces_.view()});
     if (movedNow_.size()) {
         runPass(backend_,
                 LowerCells{

@@ -114,7 +114,8 @@ private:
     Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_, freeRank_;
     Buffer<uint32_t> missing_, keptPerMap_, keptCounts_, freshEntries_;
     Buffer<uint32_t> pool_; // poolPages * texels
-    // By slot, see DrawnView; openBlocks_, openFaces_: see PrepareBlock; openRows_: see ListOpenCells.
+    // By slot, see DrawnView; openBlocks_, openFaces_: see PrepareBlock; openRows_: see
+    // ListOpenCells.
     Buffer<uint32_t> drawnCells_, drawnDepths_, openBlocks_, openFaces_, openRows_;
 };
 

@@ -351,12 +351,9 @@ struct ShadowMaps::State {
             return;
         CullView cull = lastCull;
         cull.kept.openFaces = {};
-        const size_t items = infos.size() * cull.parts();
-        zero(firstReached, items + 1);
-        cullCounts.resize(items);
-        runPass(backend, CountReached{cull, {firstReached.view().data, items}, cullCounts.view()});
-        placeList(firstReached, reached, 0);
-        runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
+        StageTimes ignored;
+        listReached(cull, false, ignored);
+        ignored.settle();
         zero(drawOf, reached.size() + 1);
         runPass(backend, CountDraws{cull, std::as_const(firstReached).view(), reached.view(),
                                     drawOf.view(), cullCounts.view()});
@@ -366,8 +363,7 @@ struct ShadowMaps::State {
             // Of what is drawn some is drawn by now, so only the sums are those of the build.
             neededPairs += found[i].batchFaces + found[i].keptBatchFaces;
             neededTriangles += found[i].triangleFaces + found[i].keptTriangleFaces;
-            countSphere(found[i],
-                        infos[i / cull.parts()].window.isDirectional() ? 1 : kFaceCount);
+            countSphere(found[i], infos[i / cull.parts()].window.isDirectional() ? 1 : kFaceCount);
         }
         counts.batchFaceKeptCount = neededPairs - counts.batchFaceCount;
         counts.triangleKeptCount = neededTriangles - counts.triangleDrawCount;

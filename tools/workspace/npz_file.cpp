@@ -187,7 +187,7 @@ NamedArray readNpy(const ContentReader& reader, const std::string& name, uint64_
     } else if (type.kind == 'i') {
         type.bytes == 4 ? widen<int32_t>(array, values) : widen<int64_t>(array, values);
     } else {
-        array.type = type.kind == 'f'    ? (type.bytes == 4 ? ArrayType::kFloat : ArrayType::kDouble)
+        array.type = type.kind == 'f'  ? (type.bytes == 4 ? ArrayType::kFloat : ArrayType::kDouble)
                      : type.bytes == 1 ? ArrayType::kUint8
                      : type.bytes == 4 ? ArrayType::kUint32
                                        : ArrayType::kUint64;
@@ -205,10 +205,10 @@ std::string encodeNpz(const std::vector<NamedArray>& arrays) {
         if (file.size() + npy.size() + kLocalBytes + name.size() > 0xfffffffeu)
             throw Error(ErrorKind::kResource, "an .npz over 4 GiB cannot be written; write .rays, "
                                               "or a smaller --size");
-        std::string fields; // of local and central headers alike
-        put(fields, 20, 2); // version that is needed
-        put(fields, 0, 2);  // flags
-        put(fields, 0, 2);  // stored
+        std::string fields;         // of local and central headers alike
+        put(fields, 20, 2);         // version that is needed
+        put(fields, 0, 2);          // flags
+        put(fields, 0, 2);          // stored
         put(fields, 0x00210000, 4); // no time; 1980-01-01
         put(fields, crc32(npy.data(), npy.size()), 4);
         put(fields, npy.size(), 4);
@@ -279,9 +279,9 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
                           "write it with numpy.savez");
         if (reader.get<uint32_t>(local, "an array's head") != kLocalSignature)
             reader.refuse(local, "array \"" + name + "\" does not begin here");
-        const uint64_t offset =
-            local + kLocalBytes + reader.get<uint16_t>(local + 26, "an array's head") +
-            reader.get<uint16_t>(local + 28, "an array's head");
+        const uint64_t offset = local + kLocalBytes +
+                                reader.get<uint16_t>(local + 26, "an array's head") +
+                                reader.get<uint16_t>(local + 28, "an array's head");
         endBefore = offset + size;
         const std::string_view npy = reader.text(offset, size, "an array");
         if (crc32(npy.data(), npy.size()) != crc)
