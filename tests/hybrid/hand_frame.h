@@ -123,7 +123,7 @@ struct MapFrame : HandFrame {
 
     MapFrame() {
         soup.addLevelSquare({0, 0, 0}, 9.9f);
-        maps.push_back({{0, 10, 0}, 100.0f, kTexels, 1, 0});
+        maps.push_back({{0, 10, 0}, pointLight({}).rangeWorld, kTexels, 1, 0});
         for (uint32_t face = 0; face < 6; ++face)
             pageTable.push_back(face);
         depths.assign(6 * kTexels * kTexels, 0);

@@ -41,7 +41,7 @@ Mutant mutantOfEnvironment() {
 struct Plan {
     std::string function;
     std::atomic<uint64_t> left{0}; ///< calls until the one that fails; 0: none does
-    std::atomic<bool> wasReached{false};
+    std::atomic<const char*> reached{nullptr}; ///< the function, when it failed
     int error = 0;
 } plan;
 
@@ -67,7 +67,7 @@ Fault faultOf(const char* function, const std::string& caller) {
 FailCall::FailCall(std::string function, uint64_t n, int error) {
     plan.function = std::move(function);
     plan.error = error;
-    plan.wasReached = false;
+    plan.reached = nullptr;
     plan.left = n;
 }
 
@@ -76,13 +76,17 @@ FailCall::~FailCall() {
 }
 
 bool FailCall::wasReached() const {
-    return plan.wasReached;
+    return plan.reached != nullptr;
+}
+
+std::string FailCall::reached() const {
+    return wasReached() ? plan.reached.load() : "";
 }
 
 int plannedError(const char* function) {
     if (plan.left == 0 || (!plan.function.empty() && plan.function != function) || --plan.left != 0)
         return 0;
-    plan.wasReached = true;
+    plan.reached = function;
     return plan.error;
 }
 

@@ -140,6 +140,8 @@ public:
     FailCall(const FailCall&) = delete;
     FailCall& operator=(const FailCall&) = delete;
     bool wasReached() const;
+    /// Returns the function whose call failed, "" before.
+    std::string reached() const;
 };
 
 /// Returns the error that a call must return, 0 for none.
