@@ -23,6 +23,8 @@
     X(kRayOffsetDoubled, "ray-offset-doubled", "voxel rays start twice as far from their surface") \
     X(kRayNormalFlipped, "ray-normal-flipped", "voxel rays start behind their surface")            \
     X(kRayLightMoved, "ray-light-moved", "voxel rays end two voxels beside the light")             \
+    X(kLiftEightfold, "lift-eightfold", "voxel rays start eight times as high over their surface") \
+    X(kLevelTooCoarse, "level-too-coarse", "cells are a level coarser than their footprint")       \
     X(kRayLaneLost, "ray-lane-lost", "the last ray of each packet of voxel rays is lit")           \
     X(kBeliefTooWide, "belief-too-wide", "voxels are believed up to 4 times the displacement")     \
     X(kMoversIgnored, "movers-ignored", "rays are not tested against moving triangles")            \
@@ -32,6 +34,7 @@
     X(kExactNormalFlipped, "exact-normal-flipped", "exact rays start behind their surface")        \
     X(kExactLightMoved, "exact-light-moved", "exact rays end 2^-10 of their range beside it")      \
     X(kExactDoubtLit, "exact-doubt-lit", "uncertain tests of exact rays count as missed")          \
+    X(kBeamLit, "beam-lit", "beams with a list of triangles count as lit")                         \
     X(kExactMasksIgnored, "exact-masks-ignored", "exact rays take cut triangles for whole ones")   \
     X(kEmbreeFilterOff, "embree-filter-off", "the truth accepts every hit that Embree reports")    \
     X(kMapTexelShifted, "map-texel-shifted", "lookups read the texel to the right")                \
@@ -64,7 +67,8 @@
     X(kFacingLost, "facing-lost", "a cluster's first sample decides that it faces no light")       \
     X(kBoxShrunk, "box-shrunk", "clusters' boxes have nine tenths of their size")                  \
     X(kMarkLost, "mark-lost", "the last sample of each cluster asks for no light")                 \
-    X(kSampleMoved, "sample-moved", "the G-buffer is seen from one pixel to the right")
+    X(kSampleMoved, "sample-moved", "the G-buffer is seen from one pixel to the right")            \
+    X(kSeenBatchLost, "seen-batch-lost", "one batch in eight is not in the G-buffer")
 
 namespace shadowdag {
 

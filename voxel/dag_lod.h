@@ -61,7 +61,7 @@ SDAG_HD inline uint32_t lodLevel(double voxels) {
     uint32_t level = 0;
     for (double side = 2.0; level < kMaxResolutionLog2 && voxels >= side; side *= 2.0)
         ++level;
-    return level;
+    return mutated(Mutant::kLevelTooCoarse, level, level + (level < kMaxResolutionLog2));
 }
 
 /// The part of a segment that is tested at each level; see the head of this file. begin, end: times

@@ -193,7 +193,8 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
     const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
     const glm::dvec3 n(normalWorld);
     return shadowLiftVoxels(grid.resolution(), grid.voxelSizeWorld, sampleWorld, n, sample, light,
-                            offset, double(1u << level));
+                            mutated(Mutant::kLiftEightfold, offset, 8.0f * offset),
+                            double(1u << level));
 }
 
 /// Returns the segment, in voxel space, that is tested for a view sample and a light. Both ends are

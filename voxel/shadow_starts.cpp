@@ -29,7 +29,8 @@ void ShadowStarts::add(const glm::vec3& positionWorld, const glm::vec3& normalWo
     normalX_.push_back(n.x);
     normalY_.push_back(n.y);
     normalZ_.push_back(n.z);
-    offsetNorm_.push_back(double(offset_) * (fabs(n.x) + fabs(n.y) + fabs(n.z)));
+    const float offset = mutated(Mutant::kLiftEightfold, offset_, 8.0f * offset_);
+    offsetNorm_.push_back(double(offset) * (fabs(n.x) + fabs(n.y) + fabs(n.z)));
     scale_.push_back(scale);
     rounding_.push_back(world / grid_.voxelSizeWorld * kSampleRounding);
 }

@@ -36,6 +36,12 @@ inline uint64_t pairOf(const PairList& pairs, uint32_t sample, uint32_t light) {
     return found != end && *found == light ? uint64_t(found - pairs.light.begin()) : pairs.count();
 }
 
+/// Returns the sample of a pair, which the list stores only in the other direction.
+inline uint32_t sampleOfPair(const PairList& pairs, uint64_t pair) {
+    const auto after = std::upper_bound(pairs.sampleStart.begin(), pairs.sampleStart.end(), pair);
+    return uint32_t(after - pairs.sampleStart.begin() - 1);
+}
+
 /// Visibility: 255 lit .. 0 dark; a pair is dark when it is under kHalfLit.
 constexpr uint8_t kLit = 255;
 constexpr uint8_t kHalfLit = 128;

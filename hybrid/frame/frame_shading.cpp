@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace shadowdag {
@@ -173,6 +175,16 @@ PairList FrameShading::findPairs(const VisibleSurface& surface, const FrameClust
     return pairs;
 }
 
+void FrameShading::requireAllAnswered(const PairList& pairs) const {
+    const std::vector<uint32_t> next = nextPair_.download();
+    for (size_t s = 0; s + 1 < pairs.sampleStart.size(); ++s)
+        if (next[s] != pairs.sampleStart[s + 1])
+            throw std::logic_error("sample " + std::to_string(s) + " has " +
+                                   std::to_string(pairs.sampleStart[s + 1] - pairs.sampleStart[s]) +
+                                   " pairs and shading answered " +
+                                   std::to_string(next[s] - pairs.sampleStart[s]));
+}
+
 void FrameShading::recordPairs(const VisibleSurface& surface, const FrameClusters& clusters,
                                const ShadeSamples& shading, const std::vector<uint32_t>& records,
                                FrameResult& result) {
@@ -185,6 +197,7 @@ void FrameShading::recordPairs(const VisibleSurface& surface, const FrameCluster
     ShadeSamples recording = shading;
     recording.recorder = {nextPair_.view(), pairVisibility_.view(), pairServer_.view()};
     shade(recording);
+    requireAllAnswered(result.pairs);
     result.visibility = pairVisibility_.download();
     result.pairServer = pairServer_.download();
     result.pairRoute.clear();

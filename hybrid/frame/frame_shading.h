@@ -71,6 +71,9 @@ public:
     const Buffer<uint32_t>& exactCount() const { return exactCount_; }
 
 private:
+    /// Throws std::logic_error unless recording answered every pair once.
+    void requireAllAnswered(const PairList& pairs) const;
+
     FrameContext context_;
     Buffer<glm::vec3> color_;
     Buffer<uint32_t> rayCount_, lookupCount_, provenCount_, missingTapCount_, moverTestCount_,

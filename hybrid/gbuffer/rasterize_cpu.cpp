@@ -8,6 +8,7 @@
 #include "hybrid/gbuffer/rasterize_cpu.h"
 
 #include "cuda/backend.h"
+#include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
 #include "scenes/double_lanes.h"
 
@@ -380,6 +381,9 @@ void drawInRounds(const BatchesInView& work, const std::vector<SeenBatch>& seen,
                            kLeastHidden >=
                        end - begin;
         }
+        for (size_t i = begin; i < end; ++i)
+            if (seen[i].batch % 8 == 7 && isMutant(Mutant::kSeenBatchLost))
+                isHidden[i] = 1;
         draw(begin, end);
         begin = end;
     }

@@ -145,6 +145,9 @@ void GlShading::download(const ShadeSamples& work) {
             work.recorder.server[pair].word = answer >> kVisibilityBits;
         },
         65536);
+    // All of them: each sample's next pair is the first of the sample behind it.
+    uint32_t* const next = work.recorder.nextPair.data;
+    std::copy(next + 1, next + work.recorder.nextPair.count, next);
 }
 
 void GlShading::bindBuffers() {

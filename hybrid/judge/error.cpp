@@ -12,7 +12,7 @@
 namespace shadowdag {
 namespace {
 
-/// A pair with its sample, which PairList stores only in the other direction.
+/// A pair with its sample.
 struct Case {
     uint64_t pair;
     uint32_t sample;
@@ -20,11 +20,6 @@ struct Case {
 
 bool isDark(uint8_t visibility) {
     return visibility < kHalfLit;
-}
-
-uint32_t sampleOf(const PairList& pairs, uint64_t pair) {
-    const auto after = std::upper_bound(pairs.sampleStart.begin(), pairs.sampleStart.end(), pair);
-    return uint32_t(after - pairs.sampleStart.begin() - 1);
 }
 
 /// Returns `count` seeded right pairs that `isWanted`, with replacement, uniform over these; fewer
@@ -44,7 +39,7 @@ std::vector<Case> sampleRightPairs(const ErrorInputs& inputs,
         const uint64_t pair = uint64_t((unsigned __int128)(state)*pairs.count() >> 64);
         if (isDark(inputs.visibility[pair]) != isDark(truthVisibility[pair]))
             continue;
-        const Case found = {pair, sampleOf(pairs, pair)};
+        const Case found = {pair, sampleOfPair(pairs, pair)};
         if (isWanted(found))
             right.push_back(found);
     }
@@ -188,14 +183,22 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         }
 
     const PairJudge judge(inputs, truth, options.seed);
+    std::vector<PairJudge::Promises> promises(wrong.size());
     cpuParallelRanges(wrong.size(), 64, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
-            report.verdicts[wrong[i].pair] = judge.judge(wrong[i].sample, wrong[i].pair,
-                                                         isDark(inputs.visibility[wrong[i].pair]));
+            report.verdicts[wrong[i].pair] =
+                judge.judge(wrong[i].sample, wrong[i].pair,
+                            isDark(inputs.visibility[wrong[i].pair]), &promises[i]);
     });
-    for (const Case& c : wrong) {
+    for (size_t i = 0; i < wrong.size(); ++i) {
+        const Case& c = wrong[i];
         ErrorCounts& counts = report.perLight[pairs.light[c.pair]];
         const PairVerdict verdict = report.verdicts[c.pair];
+        report.beyondBeliefCount += promises[i].isBeyondBelief;
+        report.coarserCellCount += promises[i].isCoarserCell;
+        if (promises[i].isExact || (inputs.pairServer[c.pair].by() == ServedBy::kProof &&
+                                    verdict != PairVerdict::kContact))
+            report.exactWrongPairs.push_back(c.pair);
         counts.acneCount += verdict == PairVerdict::kAcne;
         counts.contactCount += verdict == PairVerdict::kContact;
         counts.magnifiedCount += verdict == PairVerdict::kMagnified;

@@ -71,6 +71,11 @@ struct ErrorReport {
     double tapOnlyNullRate = 0;
     uint64_t tapNullSampleCount = 0;   ///< right pairs by maps among the sampled
     std::vector<PairVerdict> verdicts; ///< per pair
+    /// Wrong pairs that triangles decided or a proof, without contact: the method promises the
+    /// truth but for rounding. Ascending.
+    std::vector<uint64_t> exactWrongPairs;
+    /// Wrong pairs that break a promise of rays through voxels (PairJudge::Promises).
+    uint64_t beyondBeliefCount = 0, coarserCellCount = 0;
 };
 
 struct ErrorOptions {

@@ -40,8 +40,7 @@ void Expansion::add(double value) {
     for (const double component : components_) {
         const double next = sum + component; // TWO-SUM
         const double virtualComponent = next - sum;
-        const double error =
-            (sum - (next - virtualComponent)) + (component - virtualComponent);
+        const double error = (sum - (next - virtualComponent)) + (component - virtualComponent);
         if (error != 0.0)
             grown.push_back(error);
         sum = next;
@@ -127,8 +126,8 @@ bool isWithoutArea(const glm::dvec3 (&triangle)[3]) {
         if (std::fabs(first - second) >
             8.0 * kUnitRoundoff * (std::fabs(first) + std::fabs(second)))
             return false;
-        Expansion exact = Expansion(triangle[1][b], triangle[0][b]) *
-                          Expansion(triangle[2][c], triangle[0][c]);
+        Expansion exact =
+            Expansion(triangle[1][b], triangle[0][b]) * Expansion(triangle[2][c], triangle[0][c]);
         exact.add(Expansion(triangle[1][c], triangle[0][c]) *
                       Expansion(triangle[2][b], triangle[0][b]),
                   -1.0);

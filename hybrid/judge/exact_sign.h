@@ -30,9 +30,7 @@ public:
     /// Returns the product, exactly.
     Expansion operator*(const Expansion& other) const;
     /// Returns -1, 0 or 1.
-    int sign() const {
-        return components_.empty() ? 0 : components_.back() > 0.0 ? 1 : -1;
-    }
+    int sign() const { return components_.empty() ? 0 : components_.back() > 0.0 ? 1 : -1; }
 
 private:
     std::vector<double> components_;

@@ -2,6 +2,7 @@
 #include "hybrid/judge/explain.h"
 
 #include "hybrid/judge/clip_to_cube.h"
+#include "hybrid/judge/own_segment.h"
 #include "hybrid/judge/own_taps.h"
 #include "hybrid/judge/pair_question.h"
 #include "hybrid/judge/smooth_patch.h"
@@ -17,7 +18,6 @@ namespace shadowdag {
 namespace {
 
 constexpr double kSqrt2 = 1.4142135623730951;
-constexpr double kSqrt3 = 1.7320508075688772;
 
 /// Returns whether the truth is dark along a tap's ray. The receiver's triangle, which is in the
 /// map as well, cannot block: the ray ends before its plane.
@@ -77,8 +77,8 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         const VoxelGrid& grid = method.rays.dag.grid;
         const ShadowPair shadowPair{q.position, q.normal,   q.light,
                                     q.receiver, lightIndex, light.kind == Light::kSun};
-        const PairSegment asked = pairSegment(method.rays, shadowPair);
-        q.hit.level = asked.startLevel;
+        const OwnSegment own = makeOwnSegment(method.rays, shadowPair);
+        q.hit.level = own.startLevel;
         // By moving geometry or, where not all voxels are believed, by triangles.
         q.isExact = isDark ? !isDarkByBelievedVoxel(method.rays, shadowPair, &q.hit)
                            : !method.rays.options.believesAll();
@@ -86,32 +86,33 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
             q.rhoWorld = truth_.clearance(q.position, q.receiver);
             return q;
         }
-        const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
-            return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
-                   grid.voxelSizeWorld;
-        };
-        q.startOffsetWorld = moved(asked.segment.from, q.position);
-        q.endOffsetWorld = shadowPair.isDirectional ? 0.0 : moved(asked.segment.to, q.light);
-        const double lift = shadowLift(grid, q.position, q.normal,
-                                       rayEnd(method.rays, shadowPair, asked.startLevel),
-                                       method.rays.options.offset, asked.startLevel);
-        const double side = double(1u << q.hit.level);
-        q.rhoWorld = (kSqrt3 * side + lift) * grid.voxelSizeWorld;
-        double magnification = 1.0;
+        q.startOffsetWorld = own.startOffsetWorld;
+        q.endOffsetWorld = own.endOffsetWorld;
+        const double sideOfHit = double(1u << q.hit.level);
+        const glm::dvec3 middle = glm::dvec3(q.hit.cell) + 0.5 * sideOfHit;
+        const uint32_t coarsest = isDark ? own.coarsestLevelAt(middle, sideOfHit) : own.startLevel;
+        q.isCoarserThanAsked = q.hit.level > coarsest;
+        // A cell coarser than the rule asks does not excuse itself.
+        const double side = q.isCoarserThanAsked ? double(1u << coarsest) : sideOfHit;
+        q.rhoWorld = kSqrt3 * side * grid.voxelSizeWorld + own.liftWorld;
+        double magnification = 1.0, leastMagnification = 1.0;
         if (isDark && !shadowPair.isDirectional) {
-            const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(q.light));
-            const double near = glm::length(glm::dvec3(q.hit.cell) + 0.5 * side - light);
-            const double far = glm::length(grid.voxelFromWorld(glm::dvec3(q.position)) - light);
+            const double near = glm::length(middle - own.lightVoxel);
+            const double far =
+                glm::length(grid.voxelFromWorld(glm::dvec3(q.position)) - own.lightVoxel);
             magnification = std::max(far / std::max(near, 0.5 * side), 1.0);
+            leastMagnification = std::max(far / (near + 0.5 * kSqrt3 * sideOfHit), 1.0);
         }
-        q.displacedWorld = (kSqrt3 * side * magnification + lift) * grid.voxelSizeWorld;
+        q.displacedWorld = kSqrt3 * side * magnification * grid.voxelSizeWorld + own.liftWorld;
+        q.leastDisplacedWorld = kSqrt3 * side * leastMagnification * grid.voxelSizeWorld;
         return q;
     }
     q.map = inputs_.pairServer[pair].map();
     const ShadowMapInfo& map = method.maps.maps[q.map];
     double texelWorld;
     if (isDark) {
-        lookupVisibility(method.maps, q.map, q.position, planeNormal(q), method.bias, &q.trace);
+        q.trace =
+            ownTrace(method.maps, q.map, makeOwnTaps(map, q.position, planeNormal(q), method.bias));
         texelWorld = q.trace.texelWorld;
     } else {
         const TruthBlocker found = truth_.blocker(q.position, q.normal, q.receiver, q.light);
@@ -119,10 +120,15 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         texelWorld = texelWorldAt(
             map, q.position + toLight * found.distanceWorld); // the receiver's when lit
     }
+    // A map that has fewer texels than its clusters request is held to those: coarser ones explain
+    // nothing, and are no reason to skip more of the ray.
+    const float asked = q.map < inputs_.askedTexels.size() ? inputs_.askedTexels[q.map] : 0.0f;
+    q.isCoarserThanAsked = double(map.faceTexels) < double(asked);
+    const double given = q.isCoarserThanAsked ? double(map.faceTexels) / double(asked) : 1.0;
     // The part of the ray that the lookup's bias skips, as a share of its length: see `forgiven`
     // there.
     q.startOffsetWorld = glm::length(glm::dvec3(q.light) - glm::dvec3(q.position)) *
-                         std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
+                         std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5) * given;
     if (map.window.isDirectional())
         q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
     if (map.lodTexels >
@@ -132,17 +138,14 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         double height = glm::dot(glm::dvec3(q.normal), toLight);
         if (map.window.isDirectional()) // as far as lookups lift it
             height = std::max(height, distance * kLeastFacingOfLevels);
-        q.startOffsetWorld +=
-            distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
+        q.startOffsetWorld += distance * given *
+                              std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
     }
     q.endOffsetWorld = 0.0;
-    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel. A map that has
-    // fewer texels than its clusters request is held to those: coarser ones explain nothing.
-    const float asked = q.map < inputs_.askedTexels.size() ? inputs_.askedTexels[q.map] : 0.0f;
-    q.isCoarserThanAsked = double(map.faceTexels) < double(asked);
     q.isOfOwnLight = isMapOf(map, inputs_.lights[inputs_.pairs.light[pair]]);
-    const double given = q.isCoarserThanAsked ? double(map.faceTexels) / double(asked) : 1.0;
+    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
     const double texels = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * given;
+    q.ownRhoWorld = texels / given * texelWorld;
     q.rhoWorld = texels * texelWorld;
     q.displacedWorld = texels * texelWorldAt(map, q.position);
     return q;
@@ -315,8 +318,25 @@ bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const
     }) < 0.5;
 }
 
-PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
+PairJudge::Promises PairJudge::promisesOf(const Question& q) const {
+    Promises promises;
+    promises.isExact = q.isExact;
+    if (q.route != Route::kRays || q.isExact)
+        return promises;
+    const RayInputs& rays = inputs_.method.rays;
+    promises.isCoarserCell = q.isCoarserThanAsked;
+    promises.isBeyondBelief =
+        !rays.options.believesAll() &&
+        q.leastDisplacedWorld >
+            double(rays.options.believe) * pixelFootprintWorld(rays.detail, q.position);
+    return promises;
+}
+
+PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark,
+                             Promises* promises) const {
     const Question q = ask(sample, pair, isDark);
+    if (promises)
+        *promises = promisesOf(q);
     if (isDark ? isAcne(q) : isContact(q))
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
     const bool isExplained = anyShiftAgrees(q, isDark);

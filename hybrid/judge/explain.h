@@ -14,9 +14,11 @@
 //
 // Contact (false lights only): every blocker found by Embree is nearer to an end of its ray than
 // the offset, that is: the ray shortened by the offsets is unblocked.
-//     DAG: the distances by which shadowSegment moved the two ends.
+//     DAG: the distances by which the documented offset moves the two ends (own_segment.h), made
+//     without the method's code.
 //     Map: the part of the ray that the lookup's bias skips (shadow_map_lookup.h): the share 2 k /
-//     N of its length next to the receiver, k = constantTexels. Nothing at the light's end.
+//     N of its length next to the receiver, k = constantTexels, N the texels of rho below. Nothing
+//     at the light's end.
 //
 // Magnified: the method's resolution lets a shadow's edge be displaced at the sample by more than
 // kMagnifiedFootprints footprints of a pixel there: a voxel or texel is small where the blocker is
@@ -32,7 +34,8 @@
 // vector, the start lifted back to the lit side of the receiver's plane, Embree gives the method's
 // result for at least one.
 //     DAG: rho = sqrt(3) voxels of the level that was hit (of the level at the start, if there was
-//     no hit) + the start's lift.
+//     no hit; not of a coarser one than the rule of levels asks there, own_segment.h) + the start's
+//     lift.
 //     Triangles (exact rays, and moving geometry with any): they are compared with the truth's own
 //     ray, so only rounding can differ: rho = c of truth.h; never acne, never contact.
 //     Map: rho = the filter's radius (half the diagonal of its box: sqrt(2) texels with 9 taps,
@@ -95,7 +98,8 @@ enum class FailureName : uint8_t {
     /// The light lies in the receiver's plane to within the truth's c: only rounding decides
     /// whether the pair exists, and half of a filter lies behind the surface.
     kLightInPlane,
-    /// A map that has fewer texels than its clusters request.
+    /// A map that has fewer texels than its clusters request, and a shift within the texels that
+    /// it has agrees with it.
     kCoarserThanAsked,
 };
 
@@ -109,9 +113,16 @@ class PairJudge {
 public:
     PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed);
 
+    /// What a wrong pair says of the method's promises.
+    struct Promises {
+        bool isExact = false;        ///< triangles decided: only rounding can differ
+        bool isBeyondBelief = false; ///< dark by a voxel displaced by more than `believe` allows
+        bool isCoarserCell = false;  ///< dark by a cell coarser than the rule of levels asks
+    };
     /// Returns the class of a wrong pair. @param isDark the method's result, the reverse of the
-    /// truth's
-    PairVerdict judge(uint32_t sample, uint64_t pair, bool isDark) const;
+    /// truth's @param promises receives the rest; may be null
+    PairVerdict judge(uint32_t sample, uint64_t pair, bool isDark,
+                      Promises* promises = nullptr) const;
 
     /// Whether the reverse of a right result would be explained or settled.
     struct Flips {
@@ -134,6 +145,7 @@ private:
     glm::vec3 planeNormal(const Question& q) const;
     /// Calls visit(triangle) for each that touches the closed cell that stopped a pair's ray.
     void forTrianglesInCell(const Question& q, const std::function<void(uint32_t)>& visit) const;
+    Promises promisesOf(const Question& q) const;
     bool isMagnified(const Question& q) const;
     bool isAcne(const Question& q) const;
     bool isContact(const Question& q) const;

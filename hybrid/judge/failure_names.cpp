@@ -56,8 +56,12 @@ FailureName PairJudge::nameOf(uint32_t sample, uint64_t pair, bool isDark) const
         if (std::fabs(glm::dot(cross, glm::dvec3(q.light) - a)) <= clearance * glm::length(cross))
             return FailureName::kLightInPlane;
     }
-    if (q.route == Route::kMap)
-        return q.isCoarserThanAsked ? FailureName::kCoarserThanAsked : FailureName::kNone;
+    if (q.route == Route::kMap) {
+        Question own = q;
+        own.rhoWorld = q.ownRhoWorld;
+        return q.isCoarserThanAsked && anyShiftAgrees(own, isDark) ? FailureName::kCoarserThanAsked
+                                                                   : FailureName::kNone;
+    }
     if (q.isExact || !isDark)
         return FailureName::kNone;
     const TruthRay ray = truth_.pairRay(q.position, q.normal, q.receiver, q.light);

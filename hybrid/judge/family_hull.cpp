@@ -68,8 +68,8 @@ bool FamilyHull::misses(std::span<const glm::dvec3> points) const {
             return true;
     for (size_t i = 0; i < edgeCount; ++i)
         for (const glm::dvec3& axis : kAxes)
-            if (isSeparatedAlong(
-                    glm::cross(points[(i + 1) % points.size()] - points[i], axis), points))
+            if (isSeparatedAlong(glm::cross(points[(i + 1) % points.size()] - points[i], axis),
+                                 points))
                 return true;
     return false;
 }

@@ -46,8 +46,7 @@ struct Texels {
 
 } // namespace
 
-MaskPatch maskPatch(const TriangleView& triangles, uint32_t triangle,
-                    const SegmentFamily& family) {
+MaskPatch maskPatch(const TriangleView& triangles, uint32_t triangle, const SegmentFamily& family) {
     const AlphaMaskView& masks = triangles.masks;
     if (masks.triangleCut.empty() || masks.triangleCut[triangle] == kNotCut)
         return MaskPatch::kOpaque;
@@ -110,7 +109,9 @@ MaskPatch maskPatch(const TriangleView& triangles, uint32_t triangle,
             const uint32_t word = masks.words[mask.firstWord + row * rowWords + column / 32];
             (word >> (column % 32) & 1u ? isOpaque : isOpen) = true;
         }
-    return isOpaque && isOpen ? MaskPatch::kMixed : isOpaque ? MaskPatch::kOpaque : MaskPatch::kOpen;
+    return isOpaque && isOpen ? MaskPatch::kMixed
+           : isOpaque         ? MaskPatch::kOpaque
+                              : MaskPatch::kOpen;
 }
 
 } // namespace shadowdag

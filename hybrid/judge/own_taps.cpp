@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/judge/own_taps.h"
 
+#include "hybrid/judge/own_segment.h"
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <optional>
 
 namespace shadowdag {
 
@@ -74,11 +77,9 @@ Span spanOf(double s, uint32_t taps, uint32_t texels, bool& isAtBorder) {
     return {holds, 1, {1.0, 0.0, 0.0}};
 }
 
-double largest(const glm::dvec3& v) {
-    return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
-}
-
 constexpr double kLowTexels = 6.0; // FILTERS.md
+/// Where all taps but this share are omitted, all count.
+constexpr double kLeastCounted = 0.01;
 /// Where the depths of a window stand in the page table: as those of a cube's face +z.
 constexpr uint32_t kWindowFace = 4;
 constexpr double kWindowStart = 2.0625; ///< w: depths end at 2
@@ -151,15 +152,16 @@ OwnTaps makeWindowTaps(const ShadowMapInfo& map, const glm::dvec3& position,
 
 } // namespace
 
-double OwnTaps::visibility(const std::function<bool(const OwnTap&)>& isDark) const {
+double OwnTaps::visibility(const std::function<bool(const OwnTap&)>& isDark,
+                           const std::function<bool(const OwnTap&)>& isMissing) const {
     double lit = 0.0, counted = 0.0;
     for (const bool takesLow : {false, true}) {
         for (const OwnTap& tap : taps)
-            if (takesLow || !tap.isLow) {
+            if (takesLow || !tap.isLow || isMissing(tap)) {
                 counted += tap.weight;
-                lit += isDark(tap) ? 0.0 : tap.weight;
+                lit += isMissing(tap) || isDark(tap) ? 0.0 : tap.weight;
             }
-        if (counted > 0.01)
+        if (counted > kLeastCounted)
             return lit / counted;
         lit = counted = 0.0;
     }
@@ -250,24 +252,66 @@ OwnTapRay ownTapRay(const ShadowMapInfo& map, const OwnTap& tap) {
             glm::vec3(light + tap.centre / std::max(tap.limit, leastLimit))};
 }
 
-glm::dvec2 ownVisibility(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps) {
-    const ShadowMapInfo& map = maps.maps[mapIndex];
+namespace {
+
+/// Returns the depth that a map stores in a tap's texel; nothing where its page has no memory.
+std::optional<double> storedDepth(const ShadowMapView& maps, const ShadowMapInfo& map,
+                                  const OwnTap& tap) {
     const uint32_t side = 1u << maps.pageTexelsLog2;
+    const uint32_t entry = map.pageTableStart +
+                           (tap.face * map.facePages + tap.y / side) * map.facePages + tap.x / side;
+    const uint32_t page = maps.pageTable[entry];
+    if (page == kNoPage)
+        return std::nullopt;
+    const uint32_t bits =
+        maps.depths[size_t(page) * side * side + (tap.y % side) * side + tap.x % side];
+    return double(std::bit_cast<float>(bits));
+}
+
+} // namespace
+
+ShadowMapTrace ownTrace(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps) {
+    const ShadowMapInfo& map = maps.maps[mapIndex];
+    ShadowMapTrace trace;
+    double nearest = 0.0;
+    for (const bool takesLow : {false, true}) {
+        trace.missingTapCount = 0;
+        double counted = 0.0;
+        for (const OwnTap& tap : taps.taps) {
+            const std::optional<double> w = storedDepth(maps, map, tap);
+            const bool isCounted = takesLow || !tap.isLow || !w;
+            trace.missingTapCount += !w;
+            counted += isCounted ? tap.weight : 0.0;
+            if (!w || !isCounted || *w <= tap.limit * (1.0 - kDepthSlack) || *w <= nearest)
+                continue;
+            nearest = *w;
+            if (map.window.isDirectional()) {
+                trace.blockerWorld =
+                    glm::vec3(worldPlace(map.window, {tap.centre.x, tap.centre.y, nearest}));
+                trace.texelWorld = float(2.0 / (map.faceTexels * glm::length(map.window.u)));
+            } else {
+                trace.blockerWorld =
+                    glm::vec3(glm::dvec3(map.lightPositionWorld) + tap.centre / nearest);
+                trace.texelWorld = float(2.0 / (map.faceTexels * nearest));
+            }
+        }
+        if (counted > kLeastCounted)
+            break;
+    }
+    return trace;
+}
+
+glm::dvec2 ownVisibility(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps) {
     glm::dvec2 range;
+    const auto depthOf = [&](const OwnTap& tap) {
+        return storedDepth(maps, maps.maps[mapIndex], tap);
+    };
     for (int i = 0; i < 2; ++i)
-        range[i] = taps.visibility([&](const OwnTap& tap) {
-            const uint32_t entry = map.pageTableStart +
-                                   (tap.face * map.facePages + tap.y / side) * map.facePages +
-                                   tap.x / side;
-            const uint32_t page = maps.pageTable[entry];
-            if (page == kNoPage)
-                return true;
-            const uint32_t bits =
-                maps.depths[size_t(page) * side * side + (tap.y % side) * side + tap.x % side];
-            float w;
-            std::memcpy(&w, &bits, sizeof w);
-            return double(w) > tap.limit * (i == 0 ? 1.0 - kDepthSlack : 1.0 + kDepthSlack);
-        });
+        range[i] = taps.visibility(
+            [&](const OwnTap& tap) {
+                return *depthOf(tap) > tap.limit * (i == 0 ? 1.0 - kDepthSlack : 1.0 + kDepthSlack);
+            },
+            [&](const OwnTap& tap) { return !depthOf(tap); });
     return range;
 }
 

@@ -33,8 +33,13 @@ struct OwnTaps {
     bool isAtBorder = false;
 
     /// Returns the weighted share of taps that are not dark, 0 to 1; omitted taps count only if all
-    /// are omitted. @param isDark of a tap
-    double visibility(const std::function<bool(const OwnTap&)>& isDark) const;
+    /// are omitted, or if they are on a page without memory: these are dark.
+    /// @param isDark of a tap @param isMissing whether its page has no memory
+    double visibility(
+        const std::function<bool(const OwnTap&)>& isDark,
+        const std::function<bool(const OwnTap&)>& isMissing = [](const OwnTap&) {
+            return false;
+        }) const;
 };
 
 /// Returns whether a map is one of a light: about its position, with its range; a directional
@@ -53,6 +58,11 @@ struct OwnTapRay {
 
 /// Returns the ray of a tap. @param map that it is a tap of
 OwnTapRay ownTapRay(const ShadowMapInfo& map, const OwnTap& tap);
+
+/// Returns what makes a receiver dark by a map's stored depths: the nearest of the blocking texels,
+/// its side there, and how many taps are on pages without memory. texelWorld is 0 where no stored
+/// depth blocks. @param taps of that map
+ShadowMapTrace ownTrace(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps);
 
 /// Returns the least and the greatest visibility, 0 to 1, that a map's stored depths give; they
 /// differ where a depth is within rounding of a limit. Taps on pages without memory are dark.

@@ -50,7 +50,8 @@ Outline outlineOf(const glm::dvec3 (&corner)[3], const glm::dvec3& sampleWorld,
         length[i] = glm::distance(corner[(i + 1) % 3], corner[(i + 2) % 3]);
         perimeter += length[i];
     }
-    o.incentre = (length[0] * corner[0] + length[1] * corner[1] + length[2] * corner[2]) / perimeter;
+    o.incentre =
+        (length[0] * corner[0] + length[1] * corner[1] + length[2] * corner[2]) / perimeter;
     o.inradius = area / perimeter;
     return o;
 }
@@ -156,13 +157,14 @@ SegmentFamily FamilyMaker::make(const FloatPair& pair, const Light& light) const
     // The end: the light, raised to c, cut, along a direction whose components are floats.
     glm::dvec3 end(light.positionWorld), endError(0.0);
     if (light.kind == Light::kSun) {
-        const glm::dvec3 way = glm::dvec3(light.directionWorld) * double(light.directionalDistanceWorld);
+        const glm::dvec3 way =
+            glm::dvec3(light.directionWorld) * double(light.directionalDistanceWorld);
         end = sample - way;
         endError = u * (1.0 + 0x1p-20) * glm::abs(end); // the product by a power of two is exact
     }
-    const double heightError =
-        kDoubleSlack * (glm::length(end - corner[0]) + m) +
-        o.normalError * glm::length(end - o.corner[0]) + glm::dot(glm::abs(o.normal), endError);
+    const double heightError = kDoubleSlack * (glm::length(end - corner[0]) + m) +
+                               o.normalError * glm::length(end - o.corner[0]) +
+                               glm::dot(glm::abs(o.normal), endError);
     const double missing = c - o.height(end);
     if (missing > -heightError) {
         end += o.normal * std::max(missing, 0.0);
@@ -178,10 +180,10 @@ SegmentFamily FamilyMaker::make(const FloatPair& pair, const Light& light) const
 
     double longest = 0, shortest = 0;
     for (int a = 0; a < 3; ++a) {
-        const double far = std::max(family.end.high[a] - start.low[a],
-                                    start.high[a] - family.end.low[a]);
-        const double near = std::max({family.end.low[a] - start.high[a],
-                                      start.low[a] - family.end.high[a], 0.0});
+        const double far =
+            std::max(family.end.high[a] - start.low[a], start.high[a] - family.end.low[a]);
+        const double near =
+            std::max({family.end.low[a] - start.high[a], start.low[a] - family.end.high[a], 0.0});
         longest += far * far;
         shortest += near * near;
     }

@@ -17,8 +17,7 @@ struct PointBox {
 
     /// Returns corner 0..7: bit a of the index selects the high side of axis a.
     glm::dvec3 corner(int index) const {
-        return {(index & 1 ? high : low).x, (index & 2 ? high : low).y,
-                (index & 4 ? high : low).z};
+        return {(index & 1 ? high : low).x, (index & 2 ? high : low).y, (index & 4 ? high : low).z};
     }
 };
 

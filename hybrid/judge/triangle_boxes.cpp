@@ -18,8 +18,8 @@ public:
         for (int a = 0; a < 3; ++a) {
             double most = 0;
             for (const PointBox* box : {&family.start, &family.end})
-                most = std::max({most, box->high[a] - box->center[a],
-                                 box->center[a] - box->low[a]});
+                most =
+                    std::max({most, box->high[a] - box->center[a], box->center[a] - box->low[a]});
             // What this file computes itself is off by far less than 2^-40 of its size.
             half_[a] = most * (1.0 + 0x1p-40) + 0x1p-40 * (std::fabs(from_[a]) + across_[a]);
         }
@@ -29,8 +29,8 @@ public:
     /// products with the segment.
     bool mayTouch(const glm::vec3& low, const glm::vec3& high) const {
         const glm::dvec3 center = 0.5 * (glm::dvec3(low) + glm::dvec3(high));
-        const glm::dvec3 half = 0.5 * (glm::dvec3(high) - glm::dvec3(low)) + half_ +
-                                0x1p-40 * glm::abs(center);
+        const glm::dvec3 half =
+            0.5 * (glm::dvec3(high) - glm::dvec3(low)) + half_ + 0x1p-40 * glm::abs(center);
         const glm::dvec3 middle = from_ + 0.5 * way_ - center;
         for (int a = 0; a < 3; ++a)
             if (std::fabs(middle[a]) > half[a] + 0.5 * across_[a])
@@ -39,8 +39,8 @@ public:
             const int b = (a + 1) % 3, c = (a + 2) % 3;
             const double distance = std::fabs(way_[b] * middle[c] - way_[c] * middle[b]);
             const double reach = across_[b] * half[c] + across_[c] * half[b];
-            const double error = 0x1p-48 * (across_[b] * std::fabs(middle[c]) +
-                                            across_[c] * std::fabs(middle[b]));
+            const double error =
+                0x1p-48 * (across_[b] * std::fabs(middle[c]) + across_[c] * std::fabs(middle[b]));
             if (distance > reach + error)
                 return false;
         }

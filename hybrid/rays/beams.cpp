@@ -4,6 +4,7 @@
 #include "hybrid/rays/beams.h"
 
 #include "cuda/error.h"
+#include "cuda/mutant.h"
 #include "hybrid/rays/beam_stream.h"
 #include "scenes/split_mix.h"
 
@@ -406,6 +407,8 @@ Beam BeamCache::make(Cell& cell, uint32_t lightIndex, const glm::vec3& lightLoca
                     : work.isOverflow || count > kMaxLeaves ? BeamKind::kOpen
                     : count == 0                            ? BeamKind::kLit
                                                             : BeamKind::kListed;
+    if (kind == BeamKind::kListed && isMutant(Mutant::kBeamLit))
+        kind = BeamKind::kLit;
     if (kind == BeamKind::kListed) {
         void* list = allocate(count * (sizeof(uint32_t) + 1));
         if (!list)

@@ -103,6 +103,7 @@ TEST(RayLod, FramesEqualASingleRayInEveryPair) {
             }
         // What is wrong is explained with the level that was hit.
         EXPECT_EQ(outcome.report.total.acneCount, 0u);
+        EXPECT_EQ(outcome.report.coarserCellCount, 0u);
     }
     EXPECT_GT(differing, 0u) << "no footprint reached two voxels: the test shows nothing";
 }

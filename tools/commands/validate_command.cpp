@@ -175,7 +175,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         printReport(console.people(), report, result.counts);
         Json json = jsonOf(report);
         if (backend != Backend::kGl) { // whose samples are rounded to its own grid
-            const SelfChecks checks = frames.checkItself();
+            const SelfChecks checks = frames.checkItself(report);
             json["self_checks"] = checks.json();
             if (const std::string wrong = checks.text(); !wrong.empty())
                 console.note("warning: " + wrong);

@@ -81,6 +81,7 @@ const std::vector<Key>& keys() {
         {{"hybrid_believe", "--believe of the hybrid alone", {kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hybridBelieve = believeOf(k, v); }},
         {"lod", "--lod", {kDag, kHybrid}},
+        {"beams_mib", "--beams", {kDag, kHybrid}},
         {{"ray_batch",
           "how many rays are traced together: single, stream (no option)",
           {kDag, kHybrid}},

@@ -158,9 +158,13 @@ std::vector<Notice> judgeFrames(const MutantFrames& frames, const StudyRequest& 
                 add("samples", countWrongSamples(workspace.camera(), answers[role].gbuffer));
                 add("resolution", countWrongResolutions(answers[role]));
                 add("lookup", countWrongLookups(workspace.world(), answers[role]));
-                const float believe = setup.frame.rays.believe;
-                if (MatrixMethod(m) == MatrixMethod::kDagAll && believe <= kMagnifiedFootprints)
-                    add("belief", judge.judge(f, answers[role]).total.magnifiedCount);
+                add("hidden", countHiddenSamples(workspace.truth(), workspace.camera(),
+                                                 answers[role].gbuffer));
+                const ErrorReport report = judge.judge(f, answers[role]);
+                add("belief", report.beyondBeliefCount);
+                add("level", report.coarserCellCount);
+                add("proven", adjudicate(workspace.world(), answers[role], report.exactWrongPairs)
+                                  .provenWrongCount);
             }
             found[{"other way", kMatrixMethodNames[m]}] += countDifferences(answers[0], answers[1]);
         }

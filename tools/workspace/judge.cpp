@@ -2,6 +2,7 @@
 #include "tools/workspace/judge.h"
 
 #include "cuda/error.h"
+#include "cuda/parallel_for.h"
 
 #include <nlohmann/json.hpp>
 
@@ -50,6 +51,54 @@ ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibi
     }
     counts.absVisibilityErrorSum = double(difference) / double(kLit);
     return counts;
+}
+
+Json Adjudication::json() const {
+    return {{"adjudicated_count", askedCount},
+            {"ambiguous_count", ambiguousCount},
+            {"proven_wrong_count", provenWrongCount}};
+}
+
+Adjudication adjudicate(const World& world, const PairResults& answers,
+                        const std::vector<uint64_t>& wrong) {
+    Adjudication result;
+    if (wrong.empty())
+        return result;
+    const Adjudicator adjudicator(world.triangles());
+    const PairList& pairs = answers.frame.pairs;
+    const size_t step = (wrong.size() + Adjudication::kMostAsked - 1) / Adjudication::kMostAsked;
+    const size_t count = (wrong.size() + step - 1) / step;
+    std::vector<Verdict> verdicts(count);
+    cpuParallelRanges(count, 16, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            const uint64_t pair = wrong[i * step];
+            const uint32_t sample = sampleOfPair(pairs, pair);
+            verdicts[i] =
+                adjudicator
+                    .rule({answers.gbuffer.positionWorld[sample],
+                           answers.gbuffer.normalWorld[sample], answers.gbuffer.triangle[sample]},
+                          world.lights()[pairs.light[pair]])
+                    .verdict;
+        }
+    });
+    for (size_t i = 0; i < count; ++i) {
+        const bool saysLit = answers.frame.visibility[wrong[i * step]] >= kHalfLit;
+        result.ambiguousCount += verdicts[i] == Verdict::kAmbiguous;
+        result.provenWrongCount += verdicts[i] == (saysLit ? Verdict::kDark : Verdict::kLit);
+    }
+    result.askedCount = count;
+    return result;
+}
+
+std::vector<uint64_t> exactWrongPairs(const PairResults& answers,
+                                      const std::vector<uint8_t>& truthVisibility) {
+    std::vector<uint64_t> wrong;
+    if (answers.method.rays.options.believesNone())
+        for (uint64_t p = 0; p < answers.frame.visibility.size(); ++p)
+            if (answers.frame.pairServer[p].by() == ServedBy::kRays &&
+                (answers.frame.visibility[p] < kHalfLit) != (truthVisibility[p] < kHalfLit))
+                wrong.push_back(p);
+    return wrong;
 }
 
 uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer) {

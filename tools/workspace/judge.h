@@ -3,11 +3,13 @@
 // shared by all configurations, because pairs depend on view and lights alone.
 #pragma once
 
+#include "hybrid/judge/adjudicator.h"
 #include "hybrid/judge/error.h"
 #include "tools/workspace/workspace.h"
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,6 +61,29 @@ struct FrameTruth {
     float exposure = 0;              ///< of its picture, see Judge::picture
     std::vector<glm::vec3> display;  ///< the picture, exposed and tone mapped
 };
+
+/// What the adjudicator says of wrong pairs.
+struct Adjudication {
+    uint64_t askedCount = 0;
+    uint64_t provenWrongCount = 0; ///< of these
+    uint64_t ambiguousCount = 0;   ///< of these: neither answer is wrong
+
+    static constexpr size_t kMostAsked = 4096;
+
+    /// Returns the counts by their names in results.
+    Json json() const;
+};
+
+/// Asks the adjudicator about pairs of a frame, kMostAsked at most, evenly spaced. Builds its
+/// hierarchy over all triangles of the world unless there are no pairs.
+/// @param world at the frame's time @param wrong pairs that the truth answers the other way
+Adjudication adjudicate(const World& world, const PairResults& answers,
+                        const std::vector<uint64_t>& wrong);
+
+/// Returns the pairs that a frame's triangles decided and the truth answers the other way: of rays
+/// that believe no voxel, without those of maps and proofs.
+std::vector<uint64_t> exactWrongPairs(const PairResults& answers,
+                                      const std::vector<uint8_t>& truthVisibility);
 
 /// Judges frames of one workspace. A frame is identified by a number that the caller chooses:
 /// another view or time of the world needs another number.

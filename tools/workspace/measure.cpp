@@ -222,6 +222,8 @@ private:
         const ErrorReport report = judge_.judge(frame_, answers);
         json.update(toJson(report.total));
         json.update(nullRatesJson(report));
+        if (run.usesTriangles() || run.usesEmbree())
+            json.update(adjudicate(workspace_.world(), answers, report.exactWrongPairs).json());
         const std::vector<glm::vec3> display = toneMap(result.color, truth_->exposure);
         json["rmse"] = computeRmse(truth_->display, display);
         json["flip"] = computeFlip(truth_->display, display, experiment_.width, experiment_.height);

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/self_checks.h"
 
+#include "cuda/parallel_for.h"
 #include "hybrid/judge/own_taps.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <iterator>
 
 namespace shadowdag {
 
@@ -44,6 +48,28 @@ Belongs isPairByDefinition(const Light& light, const glm::dvec3& position,
     return all;
 }
 
+/// The rays of a camera's pixels, from its numbers alone.
+struct ViewFrame {
+    ViewFrame(const Camera& camera, const GBufferView& gbuffer)
+        : eye(camera.positionWorld), forward(glm::normalize(glm::dvec3(camera.forward))),
+          right(glm::normalize(glm::cross(forward, glm::dvec3(camera.up)))),
+          up(glm::cross(right, forward)),
+          pixel(2.0 * std::tan(0.5 * double(camera.yfov)) / gbuffer.height), width(gbuffer.width),
+          height(gbuffer.height) {}
+
+    /// Returns the way from the eye through a sample's pixel, of depth 1. @param dx,dy pixels right
+    /// of its centre and over it
+    glm::dvec3 wayOf(size_t sample, double dx = 0.0, double dy = 0.0) const {
+        const double x = double(sample % width) + 0.5 - 0.5 * width + dx;
+        const double y = 0.5 * height - double(sample / width) - 0.5 + dy;
+        return forward + right * (x * pixel) + up * (y * pixel);
+    }
+
+    glm::dvec3 eye, forward, right, up;
+    double pixel; ///< side at depth 1
+    uint32_t width, height;
+};
+
 } // namespace
 
 uint64_t countWrongPairs(const World& world, const PairResults& answers) {
@@ -69,24 +95,49 @@ uint64_t countWrongPairs(const World& world, const PairResults& answers) {
 }
 
 uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
-    const glm::dvec3 eye(camera.positionWorld),
-        forward = glm::normalize(glm::dvec3(camera.forward));
-    const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(camera.up)));
-    const glm::dvec3 up = glm::cross(right, forward);
-    const double pixel = 2.0 * std::tan(0.5 * double(camera.yfov)) / gbuffer.height;
+    const ViewFrame view(camera, gbuffer);
     uint64_t wrong = 0;
     for (size_t s = 0; s < gbuffer.count(); ++s) {
         if (gbuffer.triangle[s] == kBackground)
             continue;
-        const double x = double(s % gbuffer.width) + 0.5 - 0.5 * gbuffer.width;
-        const double y = 0.5 * gbuffer.height - double(s / gbuffer.width) - 0.5;
-        const glm::dvec3 way = glm::dvec3(gbuffer.positionWorld[s]) - eye;
-        const double depth = glm::dot(way, forward);
-        const glm::dvec3 onRay = (forward + right * (x * pixel) + up * (y * pixel)) * depth;
-        const double rounding = 0x1p-22 * (glm::length(eye) + glm::length(way));
-        wrong += !(glm::length(way - onRay) <= 0.05 * pixel * depth + rounding);
+        const glm::dvec3 way = glm::dvec3(gbuffer.positionWorld[s]) - view.eye;
+        const double depth = glm::dot(way, view.forward);
+        const glm::dvec3 onRay = view.wayOf(s) * depth;
+        const double rounding = 0x1p-22 * (glm::length(view.eye) + glm::length(way));
+        wrong += !(glm::length(way - onRay) <= 0.05 * view.pixel * depth + rounding);
     }
     return wrong;
+}
+
+uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer) {
+    const ViewFrame view(camera, gbuffer);
+    constexpr double kBeside = 0.05, kBefore = 1.0 - 1e-3; // pixels; of the distance
+    constexpr double kPlaces[][2] = {
+        {0, 0}, {kBeside, 0}, {-kBeside, 0}, {0, kBeside}, {0, -kBeside}};
+    std::atomic<uint64_t> hidden{0};
+    cpuParallelRanges(gbuffer.count(), 1024, [&](size_t begin, size_t end) {
+        uint64_t count = 0;
+        for (size_t s = begin; s < end; ++s) {
+            if (gbuffer.triangle[s] == kBackground)
+                continue;
+            const double depth =
+                glm::dot(glm::dvec3(gbuffer.positionWorld[s]) - view.eye, view.forward);
+            TruthRay rays[std::size(kPlaces)];
+            uint8_t blocked[std::size(kPlaces)];
+            for (size_t i = 0; i < std::size(kPlaces); ++i) {
+                const glm::dvec3 way = view.wayOf(s, kPlaces[i][0], kPlaces[i][1]);
+                rays[i] = truth.segmentRay(glm::vec3(view.eye + way * double(camera.znear)),
+                                           glm::vec3(view.eye + way * (depth * kBefore)));
+                rays[i].receiver = gbuffer.triangle[s];
+            }
+            truth.traceBlocked(rays, std::size(kPlaces), blocked);
+            count += depth * kBefore > double(camera.znear) &&
+                     std::all_of(std::begin(blocked), std::end(blocked),
+                                 [](uint8_t is) { return is != 0; });
+        }
+        hidden += count;
+    });
+    return hidden;
 }
 
 uint64_t countWrongColors(const World& world, const PairResults& answers) {
@@ -145,10 +196,21 @@ uint64_t countWrongLookups(const World& world, const PairResults& answers) {
     return wrong;
 }
 
-SelfChecks checkFrame(const World& world, const Camera& camera, const PairResults& answers) {
-    return {countWrongPairs(world, answers), countWrongSamples(camera, answers.gbuffer),
-            countWrongLookups(world, answers), countWrongResolutions(answers),
-            countWrongColors(world, answers)};
+SelfChecks checkFrame(Workspace& workspace, const PairResults& answers, const ErrorReport& report) {
+    const World& world = workspace.world();
+    const Camera camera = workspace.camera();
+    SelfChecks checks;
+    checks.wrongListPairCount = countWrongPairs(world, answers);
+    checks.misplacedSampleCount = countWrongSamples(camera, answers.gbuffer);
+    checks.hiddenSampleCount = countHiddenSamples(workspace.truth(), camera, answers.gbuffer);
+    checks.wrongLookupCount = countWrongLookups(world, answers);
+    checks.coarserMapCount = countWrongResolutions(answers);
+    checks.wrongColorCount = countWrongColors(world, answers);
+    checks.beyondBeliefCount = report.beyondBeliefCount;
+    checks.coarserCellCount = report.coarserCellCount;
+    checks.exact = adjudicate(world, answers, report.exactWrongPairs);
+    checks.promisesExact = answers.method.rays.options.triangleRays != TriangleRays::kEmbree;
+    return checks;
 }
 
 std::string SelfChecks::text() const {
@@ -159,6 +221,11 @@ std::string SelfChecks::text() const {
     };
     add(wrongListPairCount, "pairs that the frame lacks or has too many of");
     add(misplacedSampleCount, "samples beside the ray of their pixel");
+    add(hiddenSampleCount, "samples that another surface hides from the camera");
+    add(beyondBeliefCount, "pairs dark by voxels farther from the outline than --believe allows");
+    add(coarserCellCount, "pairs dark by cells larger than their level of detail");
+    if (promisesExact)
+        add(exact.provenWrongCount, "answers of exact tests that are proven wrong");
     add(wrongLookupCount, "lookups unlike the stored depths of their light's map");
     add(coarserMapCount, "maps of fewer texels than were asked");
     add(wrongColorCount, "colours unlike those of their pairs");
@@ -169,11 +236,16 @@ std::string SelfChecks::text() const {
 }
 
 Json SelfChecks::json() const {
-    return {{"wrong_list_pair_count", wrongListPairCount},
-            {"misplaced_sample_count", misplacedSampleCount},
-            {"wrong_lookup_count", wrongLookupCount},
-            {"coarser_map_count", coarserMapCount},
-            {"wrong_color_count", wrongColorCount}};
+    Json json = {{"wrong_list_pair_count", wrongListPairCount},
+                 {"misplaced_sample_count", misplacedSampleCount},
+                 {"hidden_sample_count", hiddenSampleCount},
+                 {"wrong_lookup_count", wrongLookupCount},
+                 {"coarser_map_count", coarserMapCount},
+                 {"wrong_color_count", wrongColorCount},
+                 {"beyond_belief_count", beyondBeliefCount},
+                 {"coarser_cell_count", coarserCellCount}};
+    json.update(exact.json());
+    return json;
 }
 
 } // namespace shadowdag

@@ -25,10 +25,18 @@ uint64_t countWrongResolutions(const PairResults& answers);
 /// texels, pairs are left out.
 uint64_t countWrongLookups(const World& world, const PairResults& answers);
 
-/// All of these for one frame.
+/// Returns how many samples Embree does not see from the camera: a triangle lies before them on the
+/// ray of their pixel and on four rays a twentieth of a pixel beside it.
+uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer);
+
+/// All of these for one frame, and what its wrong pairs say of the method's promises.
 struct SelfChecks {
-    uint64_t wrongListPairCount = 0, misplacedSampleCount = 0, wrongLookupCount = 0,
-             coarserMapCount = 0, wrongColorCount = 0;
+    uint64_t wrongListPairCount = 0, misplacedSampleCount = 0, hiddenSampleCount = 0,
+             wrongLookupCount = 0, coarserMapCount = 0, wrongColorCount = 0;
+    /// Of wrong pairs by voxels: ErrorReport::beyondBeliefCount, coarserCellCount.
+    uint64_t beyondBeliefCount = 0, coarserCellCount = 0;
+    Adjudication exact;        ///< of wrong pairs that triangles or a proof decided
+    bool promisesExact = true; ///< whether the method promises that these are right: not Embree's
 
     /// Returns what is wrong as a sentence, "" if nothing is.
     std::string text() const;
@@ -38,6 +46,7 @@ struct SelfChecks {
 
 /// Checks a frame. Takes time in proportion to samples times lights.
 /// @param answers of a renderer of the CPU or CUDA: gl rounds samples to its own grid
-SelfChecks checkFrame(const World& world, const Camera& camera, const PairResults& answers);
+/// @param workspace that rendered it @param report of the frame
+SelfChecks checkFrame(Workspace& workspace, const PairResults& answers, const ErrorReport& report);
 
 } // namespace shadowdag

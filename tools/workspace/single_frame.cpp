@@ -247,11 +247,11 @@ ErrorReport SingleFrames::judge() {
     return judge_->judge(0, answers_);
 }
 
-SelfChecks SingleFrames::checkItself() const {
+SelfChecks SingleFrames::checkItself(const ErrorReport& report) {
     if (answers_.frame.color.size() != answers_.gbuffer.count())
         return {}; // the truth has no frame
     const auto step = console_.step("check the frame itself");
-    return checkFrame(world(), workspace_->camera(), answers_);
+    return checkFrame(*workspace_, answers_, report);
 }
 
 const FrameTruth& SingleFrames::truthPicture(float exposure) {

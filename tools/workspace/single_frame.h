@@ -79,8 +79,8 @@ public:
     /// Returns the errors of the last frame.
     ErrorReport judge();
     /// Returns what is wrong with the last frame itself (self_checks.h); nothing of the method
-    /// truth.
-    SelfChecks checkItself() const;
+    /// truth. @param report of judge()
+    SelfChecks checkItself(const ErrorReport& report);
 
 private:
     const Console& console_;

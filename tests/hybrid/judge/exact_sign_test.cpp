@@ -92,7 +92,8 @@ TEST(ExactSign, ACrossingIsTheMeetingOfATriangleFromSideToSide) {
     Random random(kSeed);
     uint64_t crossedCount = 0, edgeCount = 0;
     const auto lattice = [&] {
-        return glm::dvec3(double(random.below(5)), double(random.below(5)), double(random.below(5)));
+        return glm::dvec3(double(random.below(5)), double(random.below(5)),
+                          double(random.below(5)));
     };
     for (int i = 0; i < 20000; ++i) {
         const glm::dvec3 triangle[3] = {lattice(), lattice(), lattice()};

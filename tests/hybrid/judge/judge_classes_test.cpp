@@ -163,6 +163,37 @@ TEST(Error, AMapIsHeldToTheResolutionThatIsAsked) {
     }
 }
 
+// A coarse map is no excuse for a surface that is nowhere near.
+TEST(Error, ACoarserMapNamesOnlyWhatItsOwnTexelsExplain) {
+    MapFrame f;
+    f.addPair(5.1f, 5.1f);
+    f.store(5.1f, 5.1f, 5.0f);
+    f.answer();
+    ASSERT_EQ(f.visibility[0], 0);
+    ErrorInputs inputs = f.inputs();
+    inputs.askedTexels = {64.0f};
+    const Truth truth(f.soup.view());
+    EXPECT_EQ(PairJudge(inputs, truth, 1).nameOf(0, 0, true), FailureName::kNone);
+}
+
+// The bias of one texel skips 1.25 m of the ray; of a map with a quarter of the texels that were
+// asked, it may skip 0.31 m.
+TEST(Error, ACoarserMapMakesContactNoLonger) {
+    for (const float asked : {0.0f, 64.0f}) {
+        MapFrame f;
+        f.bias.constantTexels = 1.0f;
+        f.addPair(0.4f, 0.4f);
+        f.soup.addLevelSquare({0, 1.0f, 0}, 5.0f);
+        f.answer();
+        ErrorInputs inputs = f.inputs();
+        inputs.askedTexels = {asked};
+        const Truth truth(f.soup.view());
+        const std::vector<uint8_t> right = truth.visibility(f.row.view(), f.lights, f.pairs);
+        EXPECT_EQ(computeError(inputs, truth, right, {}).verdicts[0],
+                  asked == 0.0f ? PairVerdict::kContact : PairVerdict::kUnexplained);
+    }
+}
+
 TEST(Error, AskedResolutionsAreThoseOfDrawnMapsUpToTheLimit) {
     std::vector<MapRecord> maps(4);
     const float texels[] = {100.0f, 50.0f, 3000.0f, 7.0f};

@@ -81,11 +81,23 @@ def scene_stem(scene):
     return scene.removeprefix("builtin:").removesuffix(".glb")
 
 
+def adjudicated_counts_text(asked, ambiguous, proven_wrong):
+    """Returns a sentence about pairs that exact rays answer unlike the truth, "" for none."""
+    if not asked:
+        return ""
+    return (f" The [adjudicator](adjudicator.md) was asked about {asked:,} of these pairs: {ambiguous:,} are ambiguous, "
+            f"{proven_wrong:,} are wrong beyond doubt.")
+
+
 def adjudicated_text(runs, folder):
     """Returns what the adjudicator says of the pairs that exact rays answer unlike the truth, "" where it was not asked.
 
-    runs: of exact rays, whose frames are those of the study of adjudications if their pairs are as many
+    runs: of exact rays; in files older than this count their frames are those of the study of adjudications if their pairs are
+    as many
     """
+    if runs and all("adjudicated_count" in run for run in runs):
+        return adjudicated_counts_text(*(sum(run[key] for run in runs)
+                                         for key in ("adjudicated_count", "ambiguous_count", "proven_wrong_count")))
     disputes = {(v["scene"], v["disputed"]["frame_pair_count"]): v["disputed"] for path in sorted(folder.glob("adjudication*.json"))
                 for v in read_json(path)["verdicts"]}
     wrong = [(run, disputes.get((scene_stem(run["scene"]), run["pair_count"]))) for run in runs if wrong_count(run)]

@@ -8,8 +8,9 @@ With --check nothing is written, and the file is refused when it differs from th
 from .files import expecting, read_json, replace_marked
 
 BEGIN, END = "<!-- mutants:begin -->", "<!-- mutants:end -->"
-HEADINGS = ("Fault", "What is wrong", "Noticed by", "In rows", "Wrong pairs more", "Explained away, %")
+HEADINGS = ("Fault", "What is wrong", "Noticed by", "By validate", "In rows", "Wrong pairs more", "Explained away, %")
 NONE = "none"
+SELF_CHECKS = ("pairs", "samples", "hidden", "picture", "resolution", "lookup", "belief", "level", "proven")
 
 
 def unique(words):
@@ -20,6 +21,11 @@ def noticed_by(mutant):
     """Returns the checks that notice a fault, those above a bound first."""
     checks = unique(notice["check"] for notice in mutant["notices"])
     return sorted(checks, key=lambda check: check.endswith(" too low"))
+
+
+def seen_by_validate(mutant):
+    """Returns whether `validate`, which knows no recorded counts, says that the frame is not what its method promises."""
+    return any(notice["check"] in SELF_CHECKS for notice in mutant["notices"])
 
 
 def excess_of(mutant):
@@ -45,6 +51,7 @@ def rows(results):
         if mutant["name"] != NONE and not checks:
             checks = "nothing: " + (mutant["harmless"] or "survives")
         lines.append((mutant["name"], mutant["what"], checks or "nothing, as it must be",
+                      "yes" if seen_by_validate(mutant) else "–",
                       ", ".join(unique(notice["row"] for notice in mutant["notices"])),
                       f"{excess_of(mutant)[0]:,}".replace(",", " ") if share is not None else "–",
                       f"{100 * share:.0f}" if share is not None else "–"))
@@ -55,8 +62,8 @@ def summary(results):
     """Returns the counts as a sentence."""
     faults = [m for m in results["mutants"] if m["name"] != NONE and not m["harmless"]]
     survivors = [m["name"] for m in faults if not m["notices"]]
-    return "{} faults, {} of them noticed{}.".format(
-        len(faults), len(faults) - len(survivors), ", not " + ", ".join(survivors) if survivors else "")
+    return "{} faults, {} of them noticed{}, {} by what `validate` holds any frame against, without recorded counts.".format(
+        len(faults), len(faults) - len(survivors), ", not " + ", ".join(survivors) if survivors else "", sum(map(seen_by_validate, faults)))
 
 
 def power_text(results):
