@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
-numbers of README's claims and of the prose of docs/ (prose.py), the tests of docs/promises.md, that the gallery shows every
+numbers of README's claims and of the prose of docs/ (prose.py, stated_numbers.py), the tests of docs/promises.md, that the gallery shows every
 picture, and that no merge conflict is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
@@ -15,6 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/repo
 from shadowdag_report.intervals import confidence_text, interval, least_confidence, pair_time  # noqa: E402
 
 from prose import check_prose, main_scenes, prose_of, wrong as wrong_share
+from stated_numbers import EXCEPTIONS, check_numbers
 from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
@@ -250,6 +251,8 @@ def check_against_sources(root):
     return (check_studies(read(root, "docs/studies.md"), readers)
             + check_promises(read(root, PROMISES), tests)
             + [v for document, texts in stated.items() for v in check_prose(document, read(root, document), texts)]
+            + [v for document, exceptions in EXCEPTIONS.items()
+               for v in check_numbers(document, read(root, document), stated.get(document, ()), exceptions)]
             + check_gallery(read(root, "docs/gallery.md"), pictures)
             + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
 
@@ -297,6 +300,12 @@ def self_test():
     expect(len(check_statuses(table, equal.replace("wrong ", ""))) == 1, "a status that differs")
     found = check_prose("docs/x.md", "It takes\n1.00 s here.", ["takes 1.00 s", "takes 1.01 s"])
     expect(found == ["docs/x.md: does not say 'takes 1.01 s', as the committed results do"], f"prose {found}")
+    prose = ("# D\n## A\nRays take\n1.5 to 2.0 times as long and 7 MiB. Size 640 x 360, 4096^3.\n\n    sleep 5 s\n## B\nIt has 3 000 pairs.\n"
+             "<!-- x y:begin -->\n9 ms\n<!-- x y:end -->\nand [8 %](a-9 %.md)\n")
+    found = check_numbers("d.md", prose, ["take 1.5 to 2.0 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "8 %"])]})
+    expect(len(found) == 2 and "'B' says '3 000 pairs'" in found[0] and "exception '8 %' is not needed in 'B'" in found[1], f"numbers {found}")
+    found = check_numbers("d.md", prose, ["take 1.5 to 2.1 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "3 000 pairs"])]})
+    expect(len(found) == 1 and "'A' says '1.5 to 2.0 times'" in found[0], f"numbers {found}")
     rate = lambda name, m, low, high: {"tracer": name, "order": "cluster", "megarays_per_s": m, "megarays_per_s_low": low,
                                        "megarays_per_s_high": high, "megarays_per_s_confidence": 0.97, "repeat_count": 10}
     method = lambda name, ns: {"method": name, "ns_per_pair": ns, "ns_per_pair_low": ns - 1, "ns_per_pair_high": ns + 1,
