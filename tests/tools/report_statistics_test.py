@@ -6,6 +6,7 @@
 import json
 import os
 import pathlib
+import shutil
 import sys
 import tempfile
 
@@ -227,12 +228,41 @@ def test_stamps():
         collection.STAMP = ""
 
 
-def test_every_chart_of_docs_is_listed():
-    """Pictures that are no charts: renders and a drawing of folders."""
-    listed = {f"{target}.{kind}" for _, _, charts in committed.CHARTS for target, kinds in charts.values() for kind in kinds.split()}
-    there = {path.name for path in (SOURCE / "docs").iterdir() if path.suffix in (".png", ".svg")}
-    equal(there - listed, {"atrium.png", "view.png", "rooms.svg", "dag_node.svg", "svdag_layout.svg"})
-    equal(listed - there, set())
+def test_stamps_follow_the_drawing():
+    """A change of the code that draws a chart, also of a module that it imports, changes its stamp; one of a comment, of a
+    docstring or of another chart's module does not."""
+    with tempfile.TemporaryDirectory() as folder:
+        def drawing(command, name="", old="", new=""):
+            package = os.path.join(folder, f"{len(os.listdir(folder))}")
+            shutil.copytree(SOURCE / "tools/report/shadowdag_report", package)
+            if name:
+                path = pathlib.Path(package) / name
+                text = path.read_text()
+                equal(old in text, True)
+                path.write_text(text.replace(old, new, 1))
+            return stamp.drawing_of(command, package)
+
+        first = drawing("regret")
+        equal(first, stamp.drawing_of("regret"))
+        equal(drawing("regret", "charts/regret.py", '"""Draws', '"""Paints'), first)
+        equal(drawing("regret", "style.py", "import", "# A comment.\n\nimport"), first)
+        equal(drawing("regret", "charts/frame.py", "0.85", "0.95"), first)
+        equal(drawing("regret", "files.py", "def read_json", "def read_any_json"), first)
+        changed = [drawing("regret", "charts/regret.py", "import", "import json\nimport"),
+                   drawing("regret", "intervals.py", "CONFIDENCE = 0.95", "CONFIDENCE = 0.9"),  # imported by what it imports
+                   drawing("regret", "style.py", "import", "import json\nimport")]
+        equal(len({first, *changed}), 4)
+        equal(drawing("frame", "charts/frame.py", "0.85", "0.95") != stamp.drawing_of("frame"), True)
+        equal(drawing("figures", "figures/times.py", "import", "import json\nimport") != stamp.drawing_of("figures"), True)
+
+
+def test_every_picture_of_docs_is_listed():
+    equal(committed.unlisted(SOURCE / "docs"), [])
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(SOURCE / "docs", folder, dirs_exist_ok=True)
+        os.rename(os.path.join(folder, "view.png"), os.path.join(folder, "another.png"))
+        equal(committed.unlisted(folder), ["another.png: is listed neither in CHARTS nor in OTHER_PICTURES",
+                                           "view.png: is listed and does not exist"])
 
 
 for test in [value for name, value in list(globals().items()) if name.startswith("test_")]:
