@@ -20,6 +20,8 @@ usage: ./do COMMAND
                     host plays (preset cuda-host). Arguments go to ctest. The output and the names of failed tests
                     are repeated at the end.
                     --quick leaves out what starts the program, draws by OpenGL or renders for seconds.
+  results [NAME...] installs missing packages, builds the program, measures committed results anew (tests/bench/results;
+                    without a NAME what takes seconds) and ends with 5 if a count got worse.
   check [--all]     installs missing packages of development, then checks without building: format, clang-tidy
                     (of what changed since origin/HEAD; --all: of every source), and what tests/house checks:
                     headers alone, include order, settings, documents.
@@ -172,6 +174,11 @@ case $command in
         build cuda-host
         runTests cuda-host "$@" --no-tests=ignore || status=$?
         exit $status
+        ;;
+    results)
+        installPackages python
+        buildWithoutTests shadowdag
+        python3 -B tests/bench/results.py build/release/tools/shadowdag "$@"
         ;;
     check)
         [[ $# == 0 || $* == --all ]] || fail "check takes nothing or '--all', not '$*'"

@@ -170,7 +170,7 @@ std::vector<uint8_t> EmbreeBaseline::occluded(EmbreeCall call,
 std::vector<EmbreeRate> EmbreeBaseline::measure(const std::vector<WorldSegment>& segments,
                                                 int repeats) const {
     std::vector<EmbreeRate> rates;
-    std::vector<std::vector<double>> seconds(embreeCalls().size());
+    std::vector<std::vector<double>> perSecond(embreeCalls().size());
     const std::vector<uint8_t> single = occluded(EmbreeCall::kOccluded1, segments);
     for (const EmbreeCall call : embreeCalls()) {
         EmbreeRate rate;
@@ -186,20 +186,11 @@ std::vector<EmbreeRate> EmbreeBaseline::measure(const std::vector<WorldSegment>&
         for (size_t c = 0; c < rates.size(); ++c) {
             double s;
             state_->run(rates[c].call, segments, s);
-            seconds[c].push_back(s);
+            perSecond[c].push_back(s > 0 ? double(segments.size()) / s * 1e-6 : 0.0);
         }
-    for (size_t c = 0; c < rates.size(); ++c) {
-        std::vector<double>& s = seconds[c];
-        if (s.empty() || segments.empty())
-            continue;
-        std::sort(s.begin(), s.end());
-        const auto rate = [&](double time) {
-            return time > 0 ? double(segments.size()) / time * 1e-6 : 0.0;
-        };
-        rates[c].megaraysPerSecond = rate(s[s.size() / 2]);
-        rates[c].megaraysPerSecondMin = rate(s.back());
-        rates[c].megaraysPerSecondMax = rate(s.front());
-    }
+    for (size_t c = 0; c < rates.size(); ++c)
+        if (!perSecond[c].empty())
+            rates[c].megaraysPerSecond = medianInterval(std::move(perSecond[c]));
     return rates;
 }
 

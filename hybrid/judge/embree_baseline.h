@@ -4,6 +4,7 @@
 // Embree's fastest mode.
 #pragma once
 
+#include "cuda/quantile_interval.h"
 #include "hybrid/rays/embree_scene.h"
 
 #include <memory>
@@ -41,8 +42,8 @@ struct EmbreeBaselineOptions {
 /// The result of one interface.
 struct EmbreeRate {
     EmbreeCall call;
-    double megaraysPerSecond = 0; ///< of processor time; median over repeats, one thread
-    double megaraysPerSecondMin = 0, megaraysPerSecondMax = 0;
+    /// Of processor time, one thread: the median over repeats with its interval; 0 of no segments.
+    QuantileInterval megaraysPerSecond;
     uint64_t occludedCount = 0;
     uint64_t disagreementCount =
         0; ///< segments with another result than rtcOccluded1 (edges, unless robust)
@@ -65,9 +66,10 @@ public:
                                   double* seconds = nullptr) const;
 
     /// Returns the rate of every interface on the calling thread: one warm-up, then `repeats`
-    /// interleaved runs, timed as by occluded().
+    /// interleaved runs, timed as by occluded(). Of fewer than six the interval of a rate holds
+    /// less than 95 %, as its confidence says.
     std::vector<EmbreeRate> measure(const std::vector<WorldSegment>& segments,
-                                    int repeats = 5) const;
+                                    int repeats = 10) const;
 
 private:
     struct State;

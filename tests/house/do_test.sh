@@ -32,6 +32,7 @@ check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
 check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
 check "docs refuses nonsense" 1 "not 'html'" "$script" docs html
 check "fuzz refuses nonsense" 1 "not 'soon'" "$script" fuzz soon
+check "results is explained" 0 "results [NAME...]" "$script" help
 check "check refuses nonsense" 1 "not '--some'" "$script" check --some
 
 # A machine made of stubs: only the tools of a bare system, and no apt.

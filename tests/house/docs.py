@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
-numbers of README's claims and of the prose of docs/ (prose.py), the tests of docs/promises.md, that the gallery shows every
+numbers of README's claims and of the prose of docs/ (prose.py, stated_numbers.py), the tests of docs/promises.md, that the gallery shows every
 picture, and that no merge conflict is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
@@ -11,7 +11,11 @@ import re
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/report"))
+from shadowdag_report.intervals import confidence_text, interval, least_confidence, pair_time  # noqa: E402
+
 from prose import check_prose, main_scenes, prose_of, wrong as wrong_share
+from stated_numbers import EXCEPTIONS, check_numbers
 from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
@@ -156,6 +160,28 @@ def check_statuses(guide, help_text):
     return [f"docs/user_guide.md: the exit statuses are {in_guide}, and {in_help} in the help"]
 
 
+def bench_claims(bench):
+    """Returns what README's third claim says of a result of `bench voxel`: medians with their intervals, and n. Embree's fastest call is
+    named beside rtcOccluded16, which the method `embree` uses, where it is another one."""
+    rates = {r["tracer"]: {"repeat_count": bench["repeat_count"]} | r for r in bench["rates"] if r["order"] == "cluster"}
+    of_pair = {m["method"]: pair_time(m, bench["repeat_count"]) for m in bench["frame"]["methods"]}
+    def text(row, key, decimals):
+        low, high, _ = interval(row, key)
+        return f"{row[key]:.{decimals}f} ({low:.{decimals}f} to {high:.{decimals}f})"
+    rate = lambda name: text(rates[name], "megarays_per_s", 2)
+    pair = lambda name: text(of_pair[name], "ns_per_pair", 0)
+    held = min([least_confidence(rates.values(), "megarays_per_s"), least_confidence(of_pair.values(), "ns_per_pair")])
+    fastest = max((name for name in rates if name.startswith("rtcOccluded")), key=lambda name: rates[name]["megarays_per_s"])
+    calls = dict.fromkeys(("rtcOccluded1", "rtcOccluded16", fastest))
+    measured = [name for name in ("rtcOccluded8", "rtcOccluded16") if name in of_pair]
+    return [
+        f"They take {pair('exact streams')} ns a pair, " + ", ".join(f"`{name}` takes {pair(name)}" for name in measured),
+        f"(medians of {bench['repeat_count']} with the intervals that hold them with {confidence_text(held)})",
+        f"{rate('traceStream AVX2')} million rays",
+        ", ".join(f"`{name}` traces {rate(name)}" if i == 0 else f"`{name}` {rate(name)}" for i, name in enumerate(calls)),
+        f"NanoVDB's HDDA {rate('NanoVDB HDDA')}"]
+
+
 def claims_of(results):
     """Returns the literal claims of README, from the committed results."""
     def load(name):
@@ -172,9 +198,6 @@ def claims_of(results):
                 for name in ("adjudication.json", "adjudication_real.json") for v in load(name)["verdicts"]}
     asked = [disputes.get((v["scene"].removeprefix("builtin:").removesuffix(".glb"), v["pair_count"])) for v in validations]
     ambiguous = sum(d["ambiguous_count"] for d in asked if d)
-    bench = load("bench-voxel-atrium-4096.json")
-    rates = {r["tracer"]: r["megarays_per_s"] for r in bench["rates"] if r["order"] == "cluster"}
-    of_pair = {m["method"]: m["ns_per_pair"] for m in bench["frame"]["methods"]}
     mebibytes = [(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20 for run in (exact, embree, dag, maps)]
     return [
         f"{exact['time_ms']:.0f} ms by rays that believe no voxel, {embree['time_ms']:.0f} ms by Embree's packets, "
@@ -187,11 +210,7 @@ def claims_of(results):
         "{:.2f} to {:.2f} times as long when they are drawn anew, {:.2f} to {:.2f} times when a frame of the same view left them".format(
             over["maps"][0], over["maps"][-1], over["maps warm"][0], over["maps warm"][-1]),
         "{:.2f} to {:.1f} % of the pairs wrong".format(warm_wrong[0], warm_wrong[-1]),
-        f"{of_pair['exact streams']:.0f} ns a pair, `rtcOccluded16` takes {of_pair['rtcOccluded16']:.0f}",
-        f"{rates['traceStream AVX2']:.2f} million rays",
-        f"`rtcOccluded1` traces {rates['rtcOccluded1']:.2f}, `rtcOccluded16` {rates['rtcOccluded16']:.2f}",
-        f"NanoVDB's HDDA {rates['NanoVDB HDDA']:.2f}",
-    ]
+    ] + bench_claims(load("bench-voxel-atrium-4096.json"))
 
 
 def check_claims(text, claims):
@@ -232,6 +251,8 @@ def check_against_sources(root):
     return (check_studies(read(root, "docs/studies.md"), readers)
             + check_promises(read(root, PROMISES), tests)
             + [v for document, texts in stated.items() for v in check_prose(document, read(root, document), texts)]
+            + [v for document, exceptions in EXCEPTIONS.items()
+               for v in check_numbers(document, read(root, document), stated.get(document, ()), exceptions)]
             + check_gallery(read(root, "docs/gallery.md"), pictures)
             + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
 
@@ -279,6 +300,26 @@ def self_test():
     expect(len(check_statuses(table, equal.replace("wrong ", ""))) == 1, "a status that differs")
     found = check_prose("docs/x.md", "It takes\n1.00 s here.", ["takes 1.00 s", "takes 1.01 s"])
     expect(found == ["docs/x.md: does not say 'takes 1.01 s', as the committed results do"], f"prose {found}")
+    prose = ("# D\n## A\nRays take\n1.5 to 2.0 times as long and 7 MiB. Size 640 x 360, 4096^3.\n\n    sleep 5 s\n## B\nIt has 3 000 pairs.\n"
+             "<!-- x y:begin -->\n9 ms\n<!-- x y:end -->\nand [8 %](a-9 %.md)\n")
+    found = check_numbers("d.md", prose, ["take 1.5 to 2.0 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "8 %"])]})
+    expect(len(found) == 2 and "'B' says '3 000 pairs'" in found[0] and "exception '8 %' is not needed in 'B'" in found[1], f"numbers {found}")
+    found = check_numbers("d.md", prose, ["take 1.5 to 2.1 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "3 000 pairs"])]})
+    expect(len(found) == 1 and "'A' says '1.5 to 2.0 times'" in found[0], f"numbers {found}")
+    rate = lambda name, m, low, high: {"tracer": name, "order": "cluster", "megarays_per_s": m, "megarays_per_s_low": low,
+                                       "megarays_per_s_high": high, "megarays_per_s_confidence": 0.97, "repeat_count": 10}
+    method = lambda name, ns: {"method": name, "ns_per_pair": ns, "ns_per_pair_low": ns - 1, "ns_per_pair_high": ns + 1,
+                               "ns_per_pair_confidence": 0.97, "repeat_count": 10}
+    bench = {"repeat_count": 10, "rates": [rate("traceStream AVX2", 6, 5, 7), rate("rtcOccluded1", 8, 7, 9), rate("rtcOccluded8", 12, 11, 13),
+                                           rate("rtcOccluded16", 10, 9, 11), rate("NanoVDB HDDA", 1, 1, 1)],
+             "frame": {"methods": [method("exact streams", 70), method("rtcOccluded16", 69), method("rtcOccluded8", 60)]}}
+    found = bench_claims(bench)
+    expect(found[:2] == ["They take 70 (69 to 71) ns a pair, `rtcOccluded8` takes 60 (59 to 61), `rtcOccluded16` takes 69 (68 to 70)",
+                         "(medians of 10 with the intervals that hold them with 95 %)"], f"claims {found}")
+    expect(found[3] == "`rtcOccluded1` traces 8.00 (7.00 to 9.00), `rtcOccluded16` 10.00 (9.00 to 11.00), `rtcOccluded8` 12.00 (11.00 to 13.00)",
+           f"claims {found}")
+    bench["rates"][3]["megarays_per_s"] = 13
+    expect("rtcOccluded8" not in bench_claims(bench)[3], "the fastest call is named already")
     expect(len(check_readme("x\n" * (README_LINES + 1))) == 1, "a README that is too long")
     expect(len(check_readme("x" * (README_COLUMNS + 1))) == 1, "a README that is too wide")
     expect(not check_readme("x" * README_COLUMNS + "\n" + "x\n" * (README_LINES - 1)), "a README of the right size")

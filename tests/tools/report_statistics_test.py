@@ -6,6 +6,7 @@
 import json
 import os
 import pathlib
+import shutil
 import sys
 import tempfile
 
@@ -13,7 +14,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "tools/report"))
 sys.dont_write_bytecode = True
 
-from shadowdag_report import adjudicated, claims, collection, committed, device, explained, intervals, mutation, series, stamp  # noqa: E402
+from shadowdag_report import adjudicated, animations, claims, collection, committed, device, explained, intervals, mutation, series, stamp  # noqa: E402
 from shadowdag_report.charts import regret_analysis  # noqa: E402
 from shadowdag_report.figures import lines  # noqa: E402
 from shadowdag_report.pages import sequence_table  # noqa: E402
@@ -165,13 +166,45 @@ def test_sequences():
     times = {"label": "a", "scene": "s", "value_count": 8, "time_ms": 4.25, "time_ms_low": 3, "time_ms_high": 9, "time_ms_confidence": 0.99,
              "time_ms_p99": 9, "time_ms_p99_low": 5, "time_ms_p99_high": 9, "time_ms_p99_confidence": 0.077}
     shown = [[cell.shown for cell in sequence_table.sequence_table(rows, summaries)[1][0]] for summaries in ((), (times,))]
-    equal([str(s) for s in shown[0]], ["a", "s", "4", "4.50", "", "", "", "4", "1", "9.00", "1", "2", "1.000", "0.0000", "0.50000"])
+    equal([str(s) for s in shown[0]], ["a", "s", "4", "4.50", "", "", "", "4", "", "", "1", "9.00", "1", "2", "1.000", "0.0000", "0.50000"])
     equal([str(s) for s in shown[1][3:8]], ["4.25", "3.00 to 9.00", "9.00", "5.00 to 9.00 (7 %)", "8"])
     equal(len(sequence_table.HEADINGS), len(shown[0]))
+    ratio = times | {"time_over_embree": 0.5, "time_over_embree_low": 0.25, "time_over_embree_high": 0.75, "time_over_embree_confidence": 0.96}
+    equal([str(cell.shown) for cell in sequence_table.sequence_table(rows, (ratio,))[1][0]][8:10], ["0.500", "0.25 to 0.75"])
+
+
+def test_animations():
+    """Ratios to Embree's frame are of the same frame and round; results that state them are read, of others they are computed."""
+    def row(label, frame, *rounds):
+        return {"scene": "builtin:a", "label": label, "method": label, "frame": frame, "round_times_ms": list(rounds), "pair_count": 10**6,
+                "false_shadow_count": 1, "false_light_count": 2}
+    rows = [row("embree", 0, 1, 2), row("maps", 0, 2, 4), row("embree", 1, 10, 20), row("maps", 1, 20, 60)]
+    times = {"scene": "builtin:a", "label": "maps", "value_count": 4, "time_ms_mean": 21, "time_ms_p99": 60, "time_ms_p99_low": 4,
+             "time_ms_p99_high": 60}
+    equal(animations.ratio_of(times, rows), {"time_over_embree": 2, "time_over_embree_low": 2, "time_over_embree_high": 3,
+                                             "time_over_embree_confidence": 0.875})
+    equal(animations.ratio_of(times, rows[1:]), None)
+    stated = {"time_over_embree": 1.5, "time_over_embree_low": 1, "time_over_embree_high": 2, "time_over_embree_confidence": 0.95}
+    equal(animations.ratio_of(times | stated, rows), stated)
+    lines = [line for line in animations.table({"sequence_times": [times, times | stated], "sequence_runs": rows}).splitlines() if line]
+    equal(lines[2:], ["| a | maps | 21 | 60 (4 to 60) | 2.00 (2.00 to 3.00, 87 %) | 4 | 6 of 2 M |",
+                      "| a | maps | 21 | 60 (4 to 60) | 1.50 (1.00 to 2.00) | 4 | 6 of 2 M |"])
+
+
+def test_times_of_a_pair():
+    """Older results of a bench state the interval of the CPU time alone."""
+    old = {"method": "m", "cpu_s": 2.0, "cpu_s_min": 1.0, "cpu_s_max": 4.0, "ns_per_pair": 50.0, "embree_over_it": 1.0, "disagreement_share": 0}
+    equal(intervals.interval_text(intervals.pair_time(old, 5), "ns_per_pair"), "50 (25 to 100, 93 %)")
+    new = old | {"repeat_count": 10, "ns_per_pair_low": 40.0, "ns_per_pair_high": 60.0, "ns_per_pair_confidence": 0.97,
+                 "embree_over_it_low": 0.9, "embree_over_it_high": 1.1, "embree_over_it_confidence": 0.97}
+    equal(intervals.interval_text(intervals.pair_time(new, 5), "ns_per_pair"), "50 (40 to 60)")
+    frame = {"pair_count": 7, "width": 1, "height": 1, "true_lit_share": 0, "true_dark_share": 0, "methods": [old, new]}
+    equal(claims.frame_table(frame, 5)[-2:], ["| m | 50.0 (25.0 to 100.0, 93 %) | 5 | 1.00 | 0.00 % |",
+                                              "| m | 50.0 (40.0 to 60.0) | 10 | 1.00 (0.90 to 1.10) | 0.00 % |"])
 
 
 def test_stamps():
-    """The stamp is in both files, and follows the data, the command and its version."""
+    """The stamp is in both files, and follows the data and the command."""
     with tempfile.TemporaryDirectory() as folder:
         data = os.path.join(folder, "data.json")
         pathlib.Path(data).write_text("{}")
@@ -195,12 +228,41 @@ def test_stamps():
         collection.STAMP = ""
 
 
-def test_every_chart_of_docs_is_listed():
-    """Pictures that are no charts: renders and a drawing of folders."""
-    listed = {f"{target}.{kind}" for _, _, charts in committed.CHARTS for target, kinds in charts.values() for kind in kinds.split()}
-    there = {path.name for path in (SOURCE / "docs").iterdir() if path.suffix in (".png", ".svg")}
-    equal(there - listed, {"atrium.png", "view.png", "rooms.svg", "dag_node.svg", "svdag_layout.svg"})
-    equal(listed - there, set())
+def test_stamps_follow_the_drawing():
+    """A change of the code that draws a chart, also of a module that it imports, changes its stamp; one of a comment, of a
+    docstring or of another chart's module does not."""
+    with tempfile.TemporaryDirectory() as folder:
+        def drawing(command, name="", old="", new=""):
+            package = os.path.join(folder, f"{len(os.listdir(folder))}")
+            shutil.copytree(SOURCE / "tools/report/shadowdag_report", package)
+            if name:
+                path = pathlib.Path(package) / name
+                text = path.read_text()
+                equal(old in text, True)
+                path.write_text(text.replace(old, new, 1))
+            return stamp.drawing_of(command, package)
+
+        first = drawing("regret")
+        equal(first, stamp.drawing_of("regret"))
+        equal(drawing("regret", "charts/regret.py", '"""Draws', '"""Paints'), first)
+        equal(drawing("regret", "style.py", "import", "# A comment.\n\nimport"), first)
+        equal(drawing("regret", "charts/frame.py", "0.85", "0.95"), first)
+        equal(drawing("regret", "files.py", "def read_json", "def read_any_json"), first)
+        changed = [drawing("regret", "charts/regret.py", "import", "import json\nimport"),
+                   drawing("regret", "intervals.py", "CONFIDENCE = 0.95", "CONFIDENCE = 0.9"),  # imported by what it imports
+                   drawing("regret", "style.py", "import", "import json\nimport")]
+        equal(len({first, *changed}), 4)
+        equal(drawing("frame", "charts/frame.py", "0.85", "0.95") != stamp.drawing_of("frame"), True)
+        equal(drawing("figures", "figures/times.py", "import", "import json\nimport") != stamp.drawing_of("figures"), True)
+
+
+def test_every_picture_of_docs_is_listed():
+    equal(committed.unlisted(SOURCE / "docs"), [])
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(SOURCE / "docs", folder, dirs_exist_ok=True)
+        os.rename(os.path.join(folder, "view.png"), os.path.join(folder, "another.png"))
+        equal(committed.unlisted(folder), ["another.png: is listed neither in CHARTS nor in OTHER_PICTURES",
+                                           "view.png: is listed and does not exist"])
 
 
 for test in [value for name, value in list(globals().items()) if name.startswith("test_")]:

@@ -131,15 +131,13 @@ Json runDeviceBench(Backend backend, const World& world, const Camera& camera,
                 perSecond[t].push_back(double(rayCount) / s * 1e-6);
                 checkInterrupted();
             }
-        const double ours = Spread::of(perSecond[0]).median;
+        const double ours = Spread::of(perSecond[0]).median.value;
         for (size_t t = 0; t < tracers.size(); ++t) {
             const Spread spread = Spread::of(perSecond[t]);
-            rates.push_back({{"tracer", tracers[t].name},
-                             {"order", rayOrderName(order)},
-                             {"megarays_per_s", spread.median},
-                             {"megarays_per_s_min", spread.min},
-                             {"megarays_per_s_max", spread.max},
-                             {"ours_over_it", ours / spread.median}});
+            Json rate = {{"tracer", tracers[t].name}, {"order", rayOrderName(order)}};
+            rate.update(spread.toJson("megarays_per_s"));
+            rate["ours_over_it"] = ours / spread.median.value;
+            rates.push_back(std::move(rate));
         }
     }
     Json result = {{"bench", "voxel"},

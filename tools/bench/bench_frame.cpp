@@ -116,16 +116,15 @@ public:
         return answers;
     }
 
-    /// By rtcOccluded16.
-    std::vector<uint8_t> byEmbree(double& seconds) {
+    /// By Embree, with finished segments.
+    std::vector<uint8_t> byEmbree(EmbreeCall call, double& seconds) {
         std::vector<uint8_t> answers(pairs_.pairCount);
         std::vector<WorldSegment> chunk;
         std::vector<size_t> pairOf;
         seconds = 0;
         const auto flush = [&] {
             double s = 0;
-            const std::vector<uint8_t> blocked =
-                embree_.occluded(EmbreeCall::kOccluded16, chunk, &s);
+            const std::vector<uint8_t> blocked = embree_.occluded(call, chunk, &s);
             seconds += s;
             for (size_t i = 0; i < chunk.size(); ++i)
                 answers[pairOf[i]] = blocked[i];
@@ -228,8 +227,10 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
                    const EmbreeBaseline& embree, int repeats) {
     FrameBench bench(view, world, dag, embree);
     const double pairCount = double(bench.pairCount());
-    enum Method { kStreams, kTriangles, kEmbree, kMethodCount };
-    const char* const names[] = {"streams", "exact streams", "rtcOccluded16"};
+    enum Method { kStreams, kTriangles, kEmbree, kEmbree8, kMethodCount };
+    const char* const names[] = {"streams", "exact streams",
+                                 embreeCallName(EmbreeCall::kOccluded16),
+                                 embreeCallName(EmbreeCall::kOccluded8)};
     std::vector<uint8_t> answers[kMethodCount];
     std::vector<double> seconds[kMethodCount];
     uint64_t exactWrongCount = 0; // Embree itself misses a few at edges
@@ -238,7 +239,8 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
         double s[kMethodCount];
         answers[kStreams] = bench.byStreams(RayOptions{}.believe, s[kStreams]);
         answers[kTriangles] = bench.byStreams(0.0f, s[kTriangles]);
-        answers[kEmbree] = bench.byEmbree(s[kEmbree]);
+        answers[kEmbree] = bench.byEmbree(EmbreeCall::kOccluded16, s[kEmbree]);
+        answers[kEmbree8] = bench.byEmbree(EmbreeCall::kOccluded8, s[kEmbree8]);
         checkInterrupted();
         if (r < 0) {
             if (answers[kStreams] != bench.bySingleRays())
@@ -259,21 +261,23 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
     }
 
     Json methods = Json::array();
-    const double embreeSeconds = Spread::of(seconds[kEmbree]).median;
     for (int m = 0; m < kMethodCount; ++m) {
-        const Spread spread = Spread::of(seconds[m]);
+        std::vector<double> nsPerPair, embreeOverIt;
+        for (size_t r = 0; r < seconds[m].size(); ++r) {
+            const double s = seconds[m][r];
+            nsPerPair.push_back(pairCount > 0 ? 1e9 * s / pairCount : 0.0);
+            embreeOverIt.push_back(s > 0 ? seconds[kEmbree][r] / s : 0.0); // of the same round
+        }
         uint64_t differs = 0;
         for (size_t i = 0; i < answers[m].size(); ++i)
             differs += answers[m][i] != answers[kEmbree][i];
-        methods.push_back(
-            {{"method", names[m]},
-             {"cpu_s", spread.median},
-             {"cpu_s_min", spread.min},
-             {"cpu_s_max", spread.max},
-             {"ns_per_pair", pairCount > 0 ? 1e9 * spread.median / pairCount : 0.0},
-             {"embree_over_it", spread.median > 0 ? embreeSeconds / spread.median : 0.0},
-             {"disagreement_count", differs},
-             {"disagreement_share", pairCount > 0 ? double(differs) / pairCount : 0.0}});
+        Json method = {{"method", names[m]}, {"repeat_count", seconds[m].size()}};
+        method.update(Spread::of(seconds[m]).toJson("cpu_s"));
+        method.update(Spread::of(nsPerPair).toJson("ns_per_pair"));
+        method.update(Spread::of(embreeOverIt).toJson("embree_over_it"));
+        method["disagreement_count"] = differs;
+        method["disagreement_share"] = pairCount > 0 ? double(differs) / pairCount : 0.0;
+        methods.push_back(std::move(method));
     }
     uint64_t shares[3] = {};
     bench.trueShares(answers[kStreams], shares);

@@ -73,7 +73,8 @@ Json fitRasterization(const std::deque<DrawnSize>& sizes) {
     Json points = Json::array();
     for (const DrawnSize& size : sizes) {
         const ShadowMapCounts& counts = size.maps.counts();
-        const double ns = 1e6 * double(threadCount()) * Spread::of(size.rasterizationMs).median;
+        const double ns =
+            1e6 * double(threadCount()) * Spread::of(size.rasterizationMs).median.value;
         const double t = double(counts.triangleDrawCount) / ns, x = double(counts.texelCount) / ns;
         tt += t * t;
         tx += t * x;
@@ -82,7 +83,7 @@ Json fitRasterization(const std::deque<DrawnSize>& sizes) {
         x1 += x;
         points.push_back({{"triangle_draw_count", counts.triangleDrawCount},
                           {"texel_count", counts.texelCount},
-                          {"rasterization_ms", Spread::of(size.rasterizationMs).median}});
+                          {"rasterization_ms", Spread::of(size.rasterizationMs).median.value}});
     }
     Json fit = {{"points", points}, {"ns_per_triangle", nullptr}, {"ns_per_texel", nullptr}};
     const double determinant = tt * xx - tx * tx;
@@ -91,10 +92,6 @@ Json fitRasterization(const std::deque<DrawnSize>& sizes) {
         fit["ns_per_texel"] = (x1 * tt - t1 * tx) / determinant;
     }
     return fit;
-}
-
-Json spreadJson(const Spread& spread) {
-    return {{"time_ms", spread.median}, {"time_ms_min", spread.min}, {"time_ms_max", spread.max}};
 }
 
 } // namespace
@@ -221,21 +218,26 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
         {"thread_count", threadCount()},
         {"checks", {{"texel_count", inputs.receivers.size()}, {"differing_count", wrong}}},
         {"stages", Json::object()},
-        {"total", spreadJson(Spread::of(total))},
-        {"total_cpu", spreadJson(Spread::of(processor))},
+        {"total", Spread::of(total).toJson("time_ms")},
+        {"total_cpu", Spread::of(processor).toJson("time_ms")},
         {"fit", fitRasterization(sizes)},
         {"embree", Json::array()}};
     for (size_t s = 0; s < times.size(); ++s)
-        result["stages"][order.stagesMs[s].first] = spreadJson(Spread::of(times[s]));
-    const double texelsPerSecond = double(counts.texelCount) / Spread::of(processor).median * 1e-3;
+        result["stages"][order.stagesMs[s].first] = Spread::of(times[s]).toJson("time_ms");
+    const double texelsPerSecond =
+        double(counts.texelCount) / Spread::of(processor).median.value * 1e-3;
     result["megatexels_per_cpu_s"] = texelsPerSecond;
     const EmbreeBaseline fast(world.triangles());
     for (const EmbreeRate& rate : fast.measure(rays.before, options.repeats))
         result["embree"].push_back(
             {{"call", embreeCallName(rate.call)},
-             {"megarays_per_s", rate.megaraysPerSecond},
-             {"texels_per_ray",
-              rate.megaraysPerSecond > 0 ? texelsPerSecond / rate.megaraysPerSecond : 0.0}});
+             {"megarays_per_s", rate.megaraysPerSecond.value},
+             {"megarays_per_s_low", rate.megaraysPerSecond.low},
+             {"megarays_per_s_high", rate.megaraysPerSecond.high},
+             {"megarays_per_s_confidence", rate.megaraysPerSecond.confidence},
+             {"texels_per_ray", rate.megaraysPerSecond.value > 0
+                                    ? texelsPerSecond / rate.megaraysPerSecond.value
+                                    : 0.0}});
     return result;
 }
 

@@ -5,6 +5,10 @@
 #include "hybrid/gbuffer/view_rays.h"
 #include "scenes/batches.h"
 
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
 namespace shadowdag {
 
 BenchView makeBenchView(const World& world, const Camera& camera, uint32_t width, uint32_t height) {
@@ -49,6 +53,17 @@ BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGr
                     ask(clusters.samples[i], light);
     }
     return rays;
+}
+
+Spread Spread::of(const std::vector<double>& values) {
+    const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+    return {medianInterval(values), *least, *greatest};
+}
+
+Json Spread::toJson(const std::string& key) const {
+    return {{key, median.value},          {key + "_low", median.low},
+            {key + "_high", median.high}, {key + "_confidence", median.confidence},
+            {key + "_min", min},          {key + "_max", max}};
 }
 
 } // namespace shadowdag

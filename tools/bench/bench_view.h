@@ -2,13 +2,15 @@
 // The samples and clusters of a camera's view, and the shadow rays of its pairs, for benchmarks.
 #pragma once
 
+#include "cuda/quantile_interval.h"
 #include "hybrid/clusters/cluster_pass.h"
 #include "hybrid/gbuffer/gbuffer_pass.h"
 #include "hybrid/judge/embree_baseline.h"
 #include "scenes/world.h"
+#include "tools/settings/json.h"
 #include "voxel/dag_trace.h"
 
-#include <algorithm>
+#include <string>
 #include <vector>
 
 namespace shadowdag {
@@ -43,15 +45,17 @@ struct BenchRays {
 BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGrid& grid,
                         RayOrder order);
 
-/// Median, least and greatest of a measurement's repeats.
+/// Median of a measurement's repeats with its interval, least and greatest.
 struct Spread {
-    double median = 0, min = 0, max = 0;
+    QuantileInterval median;
+    double min = 0, max = 0;
 
-    /// Returns the spread of at least one value; of an even number the upper median.
-    static Spread of(std::vector<double> values) {
-        std::sort(values.begin(), values.end());
-        return {values[values.size() / 2], values.front(), values.back()};
-    }
+    /// Returns the spread of at least one value.
+    static Spread of(const std::vector<double>& values);
+
+    /// Returns `key` (the median), and beside it `key`_low, `key`_high and `key`_confidence (its
+    /// interval by order statistics), `key`_min and `key`_max.
+    Json toJson(const std::string& key) const;
 };
 
 } // namespace shadowdag

@@ -93,10 +93,6 @@ void checkShare(const std::string& what, uint64_t count, size_t total, double to
                         " that rounding can cause; nothing was measured, please report the scene");
 }
 
-Json spreadJson(const Spread& spread, const std::string& unit) {
-    return {{unit, spread.median}, {unit + "_min", spread.min}, {unit + "_max", spread.max}};
-}
-
 /// Voxelizes again and again; returns the DAG and, in `json`, times and sizes.
 Dag measureVoxelizing(const World& world, const VoxelBenchOptions& options, const Console& console,
                       Json& json) {
@@ -118,8 +114,8 @@ Dag measureVoxelizing(const World& world, const VoxelBenchOptions& options, cons
     }
     const DagStats stats = computeDagStats(dag);
     json = {{"repeat_count", wall.size()}, {"thread_count", threadCount()}};
-    json.update(spreadJson(Spread::of(processor), "cpu_s"));
-    json.update(spreadJson(Spread::of(wall), "wall_s"));
+    json.update(Spread::of(processor).toJson("cpu_s"));
+    json.update(Spread::of(wall).toJson("wall_s"));
     json["voxel_count"] = stats.voxelCount;
     json["node_counts"] = stats.nodeCounts;
     json["traced_bytes"] = stats.tracedBytes;
@@ -231,9 +227,9 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
         for (const double s : seconds[i])
             perSecond.push_back(s > 0 ? double(rayCount) / s * 1e-6 : 0.0);
         const Spread spread = Spread::of(perSecond);
-        rates[i].update(spreadJson(spread, "megarays_per_s"));
+        rates[i].update(spread.toJson("megarays_per_s"));
         if (i % tracers.size() < ourCount)
-            ours[i / tracers.size()] = std::max(ours[i / tracers.size()], spread.median);
+            ours[i / tracers.size()] = std::max(ours[i / tracers.size()], spread.median.value);
     }
     // Ours is our fastest tracer.
     for (size_t i = 0; i < rates.size(); ++i) {
@@ -275,7 +271,7 @@ void printVoxelBench(std::ostream& out, const Json& result) {
     out << line;
     std::snprintf(line, sizeof line,
                   "voxelize: %.2f (%.2f .. %.2f) s of processor, %.2f s wall, %.0f threads\n",
-                  number(v, "cpu_s"), number(v, "cpu_s_min"), number(v, "cpu_s_max"),
+                  number(v, "cpu_s"), number(v, "cpu_s_low"), number(v, "cpu_s_high"),
                   number(v, "wall_s"), number(v, "thread_count"));
     out << line;
     if (result.contains("nanovdb_bytes"))
@@ -297,13 +293,13 @@ void printVoxelBench(std::ostream& out, const Json& result) {
         out << line;
     }
     std::snprintf(line, sizeof line, "%-8s %-20s %9s %9s   %9s %9s\n", "order", "tracer",
-                  "M rays/s", "(min", "max)", "ours / it");
+                  "M rays/s", "(low", "high)", "ours / it");
     out << line;
     for (const Json& rate : result["rates"]) {
         std::snprintf(line, sizeof line, "%-8s %-20s %9.3f (%8.3f .. %8.3f) %9.2f\n",
                       rate["order"].get<std::string>().c_str(),
                       rate["tracer"].get<std::string>().c_str(), number(rate, "megarays_per_s"),
-                      number(rate, "megarays_per_s_min"), number(rate, "megarays_per_s_max"),
+                      number(rate, "megarays_per_s_low"), number(rate, "megarays_per_s_high"),
                       number(rate, "ours_over_it"));
         out << line;
     }

@@ -31,9 +31,9 @@ struct DiffArguments {
 
 /// Returns the file of results that a path names: the file itself, or that of a report's directory.
 std::string resultsFile(const std::string& path) {
-    constexpr const char* kFiles[] = {"results.json",      "failures.json", "stability.json",
-                                      "real.json",         "ablation.json", "mutants.json",
-                                      "adjudication.json", "scale.json"};
+    constexpr const char* kFiles[] = {
+        "results.json", "failures.json",     "stability.json", "real.json",    "ablation.json",
+        "mutants.json", "adjudication.json", "scale.json",     "tracers.json", "regret.json"};
     if (!std::filesystem::is_directory(path))
         return path;
     for (const char* name : kFiles)
@@ -92,7 +92,8 @@ void runDiff(const DiffArguments& arguments) {
         checkWritable(data);
         package = ReportPackage::forPages("leave out -o");
     }
-    const std::string remedy = "give the JSON file that compare, study, validate or bench wrote";
+    const std::string remedy =
+        "give the JSON file that compare, study, validate, bench, rays or calibrate wrote";
     const auto read = [&](const std::string& path) {
         return readJsonFile(resultsFile(path), remedy);
     };
@@ -117,10 +118,11 @@ void runDiff(const DiffArguments& arguments) {
 
 std::function<void()> declareDiff(CommandLine& commandLine) {
     const auto arguments = std::make_shared<DiffArguments>();
-    commandLine.text("RESULTS_A", arguments->a, "",
-                     "Results of compare, study, validate or bench: a JSON file, or a report's "
-                     "directory",
-                     true);
+    commandLine.text(
+        "RESULTS_A", arguments->a, "",
+        "Results of compare, study, validate, bench, rays or calibrate: a JSON file, or a report's "
+        "directory",
+        true);
     commandLine.text("RESULTS_B", arguments->b, "",
                      "The results to compare with RESULTS_A; the program ends with 5 where these "
                      "are worse or lack a row or a value",
@@ -132,7 +134,7 @@ std::function<void()> declareDiff(CommandLine& commandLine) {
         "What may differ, of experiment, scene, machine; where experiments may, so may "
         "rows [nothing]");
     commandLine.flag("--no-times", arguments->noTimes,
-                     "Leave out times, so that machines may differ");
+                     "Leave out times, so that machines and numbers of rounds may differ");
     arguments->global.declare(commandLine);
     return [arguments] { runDiff(*arguments); };
 }

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,21 @@ constexpr const char* kNameKeys[] = {"part",   "scene",  "failure",
                                      "remedy", "light",  "measure",
                                      "band",   "tracer", "order",
                                      "call",   "camera"};
+/// Further keys that name a row, by the kind of results. They are values in other kinds.
+constexpr std::pair<const char*, const char*> kNameKeysOfKind[] = {
+    {"calibrate", "view"},      {"determinism", "system"},    {"determinism", "compiler"},
+    {"determinism", "backend"}, {"determinism", "isa"},       {"determinism", "threads"},
+    {"determinism", "device"},  {"determinism", "what"},      {"determinism", "program"},
+    {"filters", "shape"},       {"filters", "angle_degrees"}, {"filters", "face_texels"},
+    {"filters", "bias_texels"}, {"filters", "taps"},          {"gpu_check", "step"},
+    {"gpu_check", "backend"},   {"gpu_check", "resolution"},  {"gpu_check", "size"},
+    {"gpu_check", "kernel"},    {"layouts", "resolution"},    {"layouts", "variant"}};
+/// Kinds whose numbers are times and what follows from times, but for their counts.
+constexpr const char* kKindsOfTimes[] = {"calibrate", "regret"};
+/// Kinds that are an object of rows by name.
+constexpr const char* kKindsOfNamedRows[] = {"faults", "fuzzing"};
+/// Lists of rows that belong to a row: the scenes of a mechanism, the frames of a regret.
+constexpr const char* kInnerLists[] = {"scenes", "frames", "rates", "kernels", "methods"};
 /// Lists that hold no results, or costs without a spread.
 constexpr const char* kOtherLists[] = {"scenes",   "map_costs",     "truth_images",
                                        "pictures", "broken",        "warnings",
@@ -42,7 +58,8 @@ constexpr const char* kOtherKeys[] = {
     "parameters", "images",  "image",      "bounds",     "broken",         "unknown",
     "settings",   "what",    "source",     "model",      "camera_numbers", "visibility_histogram",
     "pool_note",  "known",   "provenance", "experiment", "study",          "inputs",
-    "harmless",   "is_used", "verdict",    "shown_as"};
+    "harmless",   "is_used", "verdict",    "shown_as",   "about",          "calibration",
+    "fit",        "device"};
 
 /// Returns whether a member of one of these lists' names has its type: `checks` of a bench is one
 /// object, and `lights` of some results are those that were asked for.
@@ -52,6 +69,13 @@ bool isListLike(const std::string& key, const Json& value) {
 
 bool isListed(const char* const* begin, const char* const* end, const std::string& key) {
     return std::find(begin, end, key) != end;
+}
+
+/// Returns whether a key names a row of results of a kind.
+bool isNameKey(const std::string& kind, const std::string& key) {
+    return isListed(std::begin(kNameKeys), std::end(kNameKeys), key) ||
+           std::any_of(std::begin(kNameKeysOfKind), std::end(kNameKeysOfKind),
+                       [&](const auto& of) { return kind == of.first && key == of.second; });
 }
 
 enum class Direction { kNeither, kLessIsBetter, kMoreIsBetter };
@@ -68,10 +92,11 @@ Direction directionOf(const std::string& key) {
         if (has(text))
             return Direction::kNeither;
     for (const char* text :
-         {"false_shadow", "false_light", "unexplained", "unnamed",  "acne",         "contact",
-          "magnified",    "missing_tap", "flicker",     "error",    "rmse",         "flip",
-          "wrong",        "lost_count",  "too_far",     "mismatch", "disagreement", "null_rate",
-          "bytes",        "time_ms",     "time_over",   "cpu_s",    "ns_per_pair",  "regret"})
+         {"false_shadow", "false_light", "unexplained", "unnamed",    "acne",         "contact",
+          "magnified",    "missing_tap", "flicker",     "error",      "rmse",         "flip",
+          "wrong",        "lost_count",  "too_far",     "mismatch",   "disagreement", "null_rate",
+          "differ",       "failed",      "ended_count", "lit_texels", "bytes",        "time_ms",
+          "time_over",    "cpu_s",       "ns_per_pair", "regret"})
         if (has(text))
             return Direction::kLessIsBetter;
     return Direction::kNeither;
@@ -84,11 +109,13 @@ bool endsWith(const std::string& text, std::string_view end) {
 
 /// Returns whether a value is a time, a rate or a share of a machine's time.
 bool isOfTime(const std::string& key) {
-    return endsWith(key, "_ms") || endsWith(key, "_s") || key == "ns" ||
+    return endsWith(key, "_ms") || endsWith(key, "_s") || key == "ns" || key == "ns_each" ||
            endsWith(key, "cpu_share") || key.find("time_") != std::string::npos ||
            key.find("_per_s") != std::string::npos || key.find("_per_pair") != std::string::npos ||
            key.find("_over_it") != std::string::npos || endsWith(key, "time_ratio") ||
-           endsWith(key, "rss_bytes");
+           key == "repeat_count" || key == "thread_count" || // of what is measured, not of answers
+           key == "us" || key == "seconds" || endsWith(key, "_percent") || key == "active_lanes" ||
+           key == "rate_ratio" || key == "texels_per_ray" || endsWith(key, "rss_bytes");
 }
 
 /// Returns whether a value can only be a number >= 0, or, if it is time_ms, a list of such.
@@ -126,11 +153,30 @@ void checkQuantity(const Json& object, const std::string& key, const std::string
     }
 }
 
-/// A value of a row: measured with its interval, or exact.
+/// A value of a row: measured with its interval, a set of names, or exact.
 struct Value {
     Json exact;
     std::optional<QuantileInterval> measured;
+    std::optional<std::set<std::string>> names;
 };
+
+/// Returns the checks that notice a fault, each with the row, the method and the remedy of which it
+/// does.
+std::set<std::string> noticesOf(const Json& notices, const std::string& where) {
+    std::set<std::string> names;
+    for (const Json& notice : notices) {
+        if (!notice.is_object())
+            throw Error(ErrorKind::kInput, where + ": \"notices\" holds " + jsonLine(notice) +
+                                               "; it must be a list of objects; measure it again");
+        std::string name;
+        for (const char* key : {"check", "row", "method", "remedy"})
+            if (const auto found = notice.find(key); found != notice.end() && *found != "")
+                name += (name.empty() ? "" : ", ") +
+                        (found->is_string() ? found->get<std::string>() : jsonLine(*found));
+        names.insert(name);
+    }
+    return names;
+}
 
 using Row = std::map<std::string, Value>;
 /// Rows by list, then by name.
@@ -164,15 +210,18 @@ std::optional<QuantileInterval> intervalBeside(const Json& object, const std::st
 /// Reads the rows of results.
 class RowReader {
 public:
-    RowReader(std::string file, bool readsTimes)
-        : file_(std::move(file)), readsTimes_(readsTimes) {}
+    RowReader(std::string file, std::string kind, bool readsTimes)
+        : file_(std::move(file)), kind_(std::move(kind)), readsTimes_(readsTimes) {}
 
     Rows read(const Json& results) {
         Json self = Json::object();
         for (const auto& [key, value] : results.items())
-            if (!value.is_array() && !value.is_object())
+            if (isKindIn(kKindsOfNamedRows) && value.is_object())
+                addRow("rows", key, value);
+            else if (!value.is_array())
                 self[key] = value;
         addRow("results", "all", self);
+        addInnerLists("results", self, "");
         for (const auto& names :
              {std::span<const char* const>(kLists), std::span<const char* const>(kOtherLists)})
             for (const char* list : names)
@@ -181,7 +230,9 @@ public:
                                                        jsonLine(results[list]) +
                                                        "; it must be a list; measure it again");
         for (const auto& [list, rows] : results.items())
-            if (rows.is_array() && !isListed(std::begin(kOtherLists), std::end(kOtherLists), list))
+            if (rows.is_array() && !isListed(std::begin(kOtherKeys), std::end(kOtherKeys), list) &&
+                (!isListed(std::begin(kOtherLists), std::end(kOtherLists), list) ||
+                 (kind_ == "regret" && list == "scenes")))
                 addList(list, rows, "");
         return std::move(rows_);
     }
@@ -197,22 +248,40 @@ private:
                 return; // a list of values belongs to its row
             const std::string name = prefix + nameOf(row);
             addRow(list, name, row);
-            for (const auto& [key, value] : row.items()) // the scenes of a mechanism
-                if (value.is_array() && key == "scenes")
-                    addList(list, value, name + ", ");
+            addInnerLists(list, row, name + ", ");
         }
     }
 
-    static std::string nameOf(const Json& row) {
+    /// Adds the lists of rows that a row, or an object of it, holds.
+    void addInnerLists(const std::string& list, const Json& row, const std::string& prefix) {
+        for (const auto& [key, value] : row.items())
+            if (value.is_array() && isListed(std::begin(kInnerLists), std::end(kInnerLists), key))
+                addList(list, value, prefix);
+            else if (value.is_object() &&
+                     !isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key))
+                addInnerLists(list, value, prefix + key + ", ");
+    }
+
+    std::string nameOf(const Json& row) const {
         std::string name;
+        const auto add = [&](const char* key) {
+            const auto found = row.find(key);
+            if (found == row.end() || found->is_object() || found->is_array())
+                return;
+            name += name.empty() ? "" : ", ";
+            name += found->is_string() ? found->get<std::string>()
+                                       : std::string(key) + " " + jsonLine(*found);
+        };
         for (const char* key : kNameKeys)
-            if (const auto found = row.find(key);
-                found != row.end() && !found->is_object() && !found->is_array()) {
-                name += name.empty() ? "" : ", ";
-                name += found->is_string() ? found->get<std::string>()
-                                           : std::string(key) + " " + jsonLine(*found);
-            }
+            add(key);
+        for (const auto& [kind, key] : kNameKeysOfKind)
+            if (kind_ == kind)
+                add(key);
         return name;
+    }
+
+    template <size_t N> bool isKindIn(const char* const (&kinds)[N]) const {
+        return isListed(std::begin(kinds), std::end(kinds), kind_);
     }
 
     void addRow(const std::string& list, const std::string& name, const Json& object) {
@@ -229,9 +298,15 @@ private:
     void addValues(const Json& object, const std::string& prefix, Row& row, bool isOfTimes,
                    const std::string& where) const {
         for (const auto& [key, value] : object.items()) {
-            if (isListed(std::begin(kNameKeys), std::end(kNameKeys), key) ||
+            if ((isNameKey(kind_, key) && !value.is_object()) ||
                 isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
                 isBesideAnother(object, key))
+                continue;
+            if (key == "regret" && value.is_object()) {
+                addRegrets(value, object.value("regret_intervals", Json::object()), row, where);
+                continue;
+            }
+            if (isKindIn(kKindsOfTimes) && !value.is_object() && !endsWith(key, "_count"))
                 continue;
             if ((key == "stages_ms" && !value.is_object()) ||
                 (key == "round_times_ms" && !value.is_array()))
@@ -248,18 +323,36 @@ private:
             if ((isOfTimes || isQuantity(key)) && !isListOfTimes)
                 checkQuantity(object, key, where);
             if (key == "notices") { // of a fault: which checks noticed it
-                row[prefix + "is noticed"] = {!value.empty(), {}};
+                row[object.value("name", "") == "none" ? "noticed without a fault" : "noticed by"] =
+                    {{}, {}, noticesOf(value, where)};
             } else if (isListOfTimes) {
                 for (const Json& time : value)
                     checkNumber(time, key, where);
                 if (readsTimes_ && key == "time_ms")
-                    row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>())};
+                    row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>()), {}};
             } else if (!value.is_array() && (isOfTimes || isOfTime(key))) {
                 if (const auto interval = intervalBeside(object, key); interval && readsTimes_)
-                    row[prefix + key] = {{}, interval};
+                    row[prefix + key] = {{}, interval, {}};
             } else if (!value.is_array()) {
-                row[prefix + key] = {value, {}};
+                row[prefix + key] = {value, {}, {}};
             }
+        }
+    }
+
+    /// Adds the losses of models against the oracle, of which `intervals` has the ends.
+    void addRegrets(const Json& regrets, const Json& intervals, Row& row,
+                    const std::string& where) const {
+        for (const auto& [model, regret] : regrets.items()) {
+            const Json ends = intervals.value(model, Json());
+            if (!regret.is_number() || !ends.is_array() || ends.size() != 2 ||
+                !ends[0].is_number() || !ends[1].is_number())
+                throw Error(ErrorKind::kInput, where + ": the regret of '" + model + "' is " +
+                                                   jsonLine(regret) + " with the interval " +
+                                                   jsonLine(ends) +
+                                                   "; both must be numbers; measure it again");
+            if (readsTimes_)
+                row["regret " + model] = {
+                    {}, QuantileInterval{regret, ends[0], ends[1], kConfidence}, {}};
         }
     }
 
@@ -272,7 +365,7 @@ private:
         return false;
     }
 
-    std::string file_;
+    std::string file_, kind_;
     bool readsTimes_;
     Rows rows_;
 };
@@ -287,9 +380,32 @@ Json toJson(const QuantileInterval& interval) {
     return {interval.low, interval.high};
 }
 
+/// Returns the names that only the first has.
+Json namesOnlyIn(const std::set<std::string>& first, const std::set<std::string>& second) {
+    Json only = Json::array();
+    for (const std::string& name : first)
+        if (!second.contains(name))
+            only.push_back(name);
+    return only;
+}
+
+/// Returns the change of what notices a fault: by how many it was and is, which no longer do and
+/// which do now.
+Json changeOfNames(const std::string& key, const std::set<std::string>& a,
+                   const std::set<std::string>& b) {
+    const Json lost = namesOnlyIn(a, b), gained = namesOnlyIn(b, a);
+    if (lost.empty() && gained.empty())
+        return {};
+    const Json& bad = key == "noticed by" ? lost : gained;
+    return {{"key", key},   {"a", a.size()},    {"b", b.size()},
+            {"lost", lost}, {"gained", gained}, {"verdict", bad.empty() ? "better" : "worse"}};
+}
+
 /// Returns a change of a value, null where there is none.
 Json changeOf(const std::string& path, const Value& a, const Value& b) {
     const std::string key = path.substr(path.rfind('.') + 1);
+    if (a.names && b.names)
+        return changeOfNames(path, *a.names, *b.names);
     if (a.measured && b.measured) {
         const QuantileInterval &x = *a.measured, &y = *b.measured;
         if (x.low <= y.high && y.low <= x.high)
@@ -307,7 +423,7 @@ Json changeOf(const std::string& path, const Value& a, const Value& b) {
         return {};
     Json change = {{"key", path}, {"a", a.exact}, {"b", b.exact}, {"verdict", "changed"}};
     if (a.exact.is_boolean() && b.exact.is_boolean()) {
-        if (key == "holds" || key == "is noticed" || key == "agrees")
+        if (key == "holds" || key == "agrees" || key == "ok")
             change["verdict"] = b.exact.get<bool>() ? "better" : "worse";
     } else if (a.exact.is_number() && b.exact.is_number()) {
         const double x = a.exact, y = b.exact;
@@ -357,12 +473,17 @@ Json checkedDifferences(const std::string& files, const ResultsIdentity& a,
 
 Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,
                  const DiffOptions& options) {
-    const ResultsIdentity ofA = identityOf(a), ofB = identityOf(b);
+    ResultsIdentity ofA = identityOf(a), ofB = identityOf(b);
+    if (!options.comparesTimes) {
+        leaveOutRounds(ofA);
+        leaveOutRounds(ofB);
+    }
     for (const auto& [name, kind] : {std::pair(nameA, ofA.kind), std::pair(nameB, ofB.kind)})
         if (kind.empty())
             throw Error(ErrorKind::kInput, name +
-                                               ": is no result of compare, study, validate or "
-                                               "bench; give the JSON file that one of them wrote");
+                                               ": is no result of compare, study, validate, bench, "
+                                               "rays, calibrate or a record of the tests; give the "
+                                               "JSON file that one of them wrote");
     Json diff = {{"a", nameA},
                  {"b", nameB},
                  {"differences", checkedDifferences(nameA + " and " + nameB, ofA, ofB, options)},
@@ -370,16 +491,18 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
                  {"only_in_a", Json::array()},
                  {"only_in_b", Json::array()},
                  {"values_only_in_a", Json::array()}};
-    const Rows rowsA = RowReader(nameA, options.comparesTimes).read(a);
-    const Rows rowsB = RowReader(nameB, options.comparesTimes).read(b);
+    const Rows rowsA = RowReader(nameA, ofA.kind, options.comparesTimes).read(a);
+    const Rows rowsB = RowReader(nameB, ofB.kind, options.comparesTimes).read(b);
     std::map<std::string, uint64_t> counts;
     uint64_t rowCount = 0, valueCount = 0;
-    const auto listOf = [](const Rows& rows, const std::string& list) {
+    static const std::map<std::string, Row> kNoRows;
+    const auto listOf = [](const Rows& rows,
+                           const std::string& list) -> const std::map<std::string, Row>& {
         const auto found = rows.find(list);
-        return found == rows.end() ? std::map<std::string, Row>() : found->second;
+        return found == rows.end() ? kNoRows : found->second;
     };
     for (const auto& [list, rows] : rowsA) {
-        const std::map<std::string, Row> others = listOf(rowsB, list);
+        const std::map<std::string, Row>& others = listOf(rowsB, list);
         for (const auto& [name, row] : rows) {
             const auto other = others.find(name);
             if (other == others.end()) {
@@ -436,12 +559,20 @@ std::string diffText(const Json& diff) {
                     ? " (" + number(change[key][0]) + " to " + number(change[key][1]) + ")"
                     : "");
     };
+    const auto named = [](const Json& change, const char* key) {
+        std::string names;
+        for (const Json& name : change.value(key, Json::array()))
+            names += (names.empty() ? std::string("; ") + key + ": " : std::string("; ")) +
+                     name.get<std::string>();
+        return names;
+    };
     for (const char* verdict : {"worse", "uncertain", "better", "changed"})
         for (const Json& change : diff.at("changes"))
             if (change["verdict"] == verdict)
                 text += std::string(verdict) + ": " + change["list"].get<std::string>() + ", " +
                         change["row"].get<std::string>() + ": " + change["key"].get<std::string>() +
-                        " " + withInterval(change, "a") + " -> " + withInterval(change, "b") + "\n";
+                        " " + withInterval(change, "a") + " -> " + withInterval(change, "b") +
+                        named(change, "lost") + named(change, "gained") + "\n";
     for (const auto& [key, name] :
          {std::pair("only_in_a", diff.at("a")), std::pair("only_in_b", diff.at("b"))})
         for (const Json& row : diff.at(key))

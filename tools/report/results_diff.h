@@ -3,12 +3,14 @@
 //
 // Rows are those of every list of the results (runs, cells, checks, mutants, ...) and of the object
 // itself; two rows are the same if the keys that name them are (scene, frame, label, method, ...).
+// Lists within a row (the rates of a scene, the kernels of a profile) are rows named after it.
 // Their values are compared by kind:
 //  - measured: a value with `_low` and `_high` beside it, or `_min` and `_max` in older results,
 //    whose interval of n values holds the median with 1 - 2^(1 - n). It changed if the intervals
 //    are disjoint; if either holds less than 95 %, the change is uncertain;
 //  - times without a spread (of stages, of builds) are left out;
-//  - counts, bytes and texts: any difference; other numbers: one beyond kLeastChange.
+//  - counts, bytes and texts: any difference; other numbers: one beyond kLeastChange;
+//  - the checks that notice a fault, as a set: a check that notices it no more is worse.
 // A change of an error, of bytes or of a time is better or worse; of other values it is neither.
 #pragma once
 
@@ -25,7 +27,7 @@ constexpr double kLeastChange = 1e-9;
 /// What may differ between the results that are compared.
 struct DiffOptions {
     bool allowsExperiment = false, allowsScene = false, allowsMachine = false;
-    bool comparesTimes = true; ///< false: times are left out, and machines may differ
+    bool comparesTimes = true; ///< false: times are left out; machines and rounds may differ
 };
 
 /// Returns what two results of one experiment have not in common: `changes` (objects with list,

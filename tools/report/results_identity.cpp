@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <tuple>
 
 namespace shadowdag {
 
@@ -32,6 +33,13 @@ Json withoutTexts(const Json& value) {
     return value;
 }
 
+/// Returns whether a value has members, all of them objects with a key.
+bool allHave(const Json& values, const char* key) {
+    return (values.is_array() || values.is_object()) && !values.empty() &&
+           std::all_of(values.begin(), values.end(),
+                       [&](const Json& value) { return value.is_object() && value.contains(key); });
+}
+
 std::string kindOf(const Json& results) {
     if (!results.is_object())
         return "";
@@ -44,6 +52,21 @@ std::string kindOf(const Json& results) {
         return "bench " + results.value("bench", std::string());
     if (results.contains("pair_count") && results.contains("occluded_count"))
         return "validate";
+    if (results.contains("set_id") && results.contains("runs"))
+        return "rays";
+    if (results.contains("calibration") && results.contains("frames"))
+        return "calibrate";
+    for (const auto& [kind, first, second] :
+         {std::tuple("gpu_check", "steps", "voxelize"), std::tuple("filters", "acne", "detached"),
+          std::tuple("layouts", "traced", "files"), std::tuple("determinism", "rows", "left_out")})
+        if (results.contains(first) && results[first].is_array() && results.contains(second))
+            return kind;
+    if (results.contains("scenes") && allHave(results["scenes"], "best_threshold"))
+        return "regret";
+    if (allHave(results, "tried_count"))
+        return "faults";
+    if (allHave(results, "executions"))
+        return "fuzzing";
     for (const char* list : {"mechanisms", "cells", "checks"}) // studies before they were files
         if (results.contains(list))
             return std::string("study of ") + list;
@@ -63,6 +86,7 @@ void addScenes(const Json& results, ResultsIdentity& identity) {
             identity.contents[scene] = of["content_hash"];
     };
     add(results, "scene_hash");
+    add(results.value("about", Json()), "scene_hash"); // of a ray set
     for (const auto& [list, hash] :
          {std::pair("scenes", "scene_hash"), std::pair("cells", "geometry_hash")})
         if (results.contains(list) && results[list].is_array())
@@ -72,6 +96,13 @@ void addScenes(const Json& results, ResultsIdentity& identity) {
 
 } // namespace
 
+void leaveOutRounds(ResultsIdentity& identity) {
+    if (!identity.experiment.is_object())
+        return;
+    for (const char* key : {"repeats", "warmups"})
+        identity.experiment.erase(key);
+}
+
 ResultsIdentity identityOf(const Json& results) {
     ResultsIdentity identity;
     identity.kind = kindOf(results);
@@ -79,8 +110,9 @@ ResultsIdentity identityOf(const Json& results) {
         return identity;
     identity.experiment = withoutTexts(
         results.contains("study") ? results["study"] : results.value("experiment", Json()));
-    for (const char* key : {"method", "model", "parameters", "settings", "size", "resolution"})
-        if (results.contains(key)) // of validate, bench and studies before they were files
+    for (const char* key :
+         {"method", "model", "parameters", "settings", "size", "resolution", "set_id"})
+        if (results.contains(key)) // of validate, bench, rays and studies before they were files
             identity.experiment[std::string("of ") + key] = results[key];
     if (identity.kind == "compare" && identity.experiment.is_object()) {
         // A setting that is newer than the result had its default; --believe had another one.
@@ -91,7 +123,13 @@ ResultsIdentity identityOf(const Json& results) {
     }
     addScenes(results, identity);
     identity.machine = identity.program = Json::object();
-    const Json provenance = results.value("provenance", Json::object());
+    // A record of several machines has a list of them; its rows name what they were measured on.
+    const bool isOne = results.contains("provenance") && results["provenance"].is_object();
+    const Json provenance = isOne ? results["provenance"] : Json::object();
+    for (const char* key : {"commit", "machine", "device"}) // of gpu_check
+        if (identity.kind == "gpu_check" && results.contains(key))
+            (std::string(key) == "commit" ? identity.program : identity.machine)[key] =
+                results[key];
     for (const auto& [key, value] : provenance.items())
         if (std::find(std::begin(kMachineKeys), std::end(kMachineKeys), key) !=
             std::end(kMachineKeys))

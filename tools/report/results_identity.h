@@ -24,6 +24,9 @@ struct ResultsIdentity {
 /// else.
 ResultsIdentity identityOf(const Json& results);
 
+/// Takes the number of rounds and of warm-ups out of the experiment: no count depends on them.
+void leaveOutRounds(ResultsIdentity& identity);
+
 /// Returns the first difference in the hashes of scenes that both have, "" if there is none.
 std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b);
 

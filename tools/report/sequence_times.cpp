@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,8 +18,24 @@ namespace {
 /// The times of a configuration on a scene.
 struct Times {
     std::string scene, label;
-    std::vector<double> medians, all;
+    std::vector<double> medians, all, overEmbree;
 };
+
+/// Returns the times of a row, by round.
+std::vector<double> roundsOf(const Json& row) {
+    return row.value("round_times_ms", std::vector{row.at("time_ms").get<double>()});
+}
+
+/// Embree's times by scene and frame.
+using EmbreeRounds = std::map<std::pair<std::string, Json>, std::vector<double>>;
+
+EmbreeRounds embreeRoundsOf(const Json& rows) {
+    EmbreeRounds rounds;
+    for (const Json& row : rows)
+        if (row.value("method", "") == "embree")
+            rounds[{row.at("scene"), row.value("frame", Json())}] = roundsOf(row);
+    return rounds;
+}
 
 void add(Json& to, const std::string& key, const QuantileInterval& interval) {
     to[key] = interval.value;
@@ -30,6 +47,7 @@ void add(Json& to, const std::string& key, const QuantileInterval& interval) {
 } // namespace
 
 Json sequenceTimes(const Json& rows) {
+    const EmbreeRounds embree = embreeRoundsOf(rows);
     std::vector<Times> groups;
     for (const Json& row : rows) {
         const std::string scene = row.at("scene"), label = row.at("label");
@@ -37,11 +55,14 @@ Json sequenceTimes(const Json& rows) {
             return times.scene == scene && times.label == label;
         });
         if (found == groups.end())
-            found = groups.insert(groups.end(), {scene, label, {}, {}});
-        const double timeMs = row.at("time_ms");
-        found->medians.push_back(timeMs);
-        const std::vector<double> rounds = row.value("round_times_ms", std::vector{timeMs});
+            found = groups.insert(groups.end(), {scene, label, {}, {}, {}});
+        found->medians.push_back(row.at("time_ms"));
+        const std::vector<double> rounds = roundsOf(row);
         found->all.insert(found->all.end(), rounds.begin(), rounds.end());
+        const auto base = embree.find({scene, row.value("frame", Json())});
+        if (base != embree.end() && base->second.size() == rounds.size())
+            for (size_t round = 0; round < rounds.size(); ++round)
+                found->overEmbree.push_back(rounds[round] / base->second[round]);
     }
     Json list = Json::array();
     for (Times& times : groups) {
@@ -55,6 +76,8 @@ Json sequenceTimes(const Json& rows) {
                      {"time_ms_mean", sum / double(times.medians.size())}};
         add(json, "time_ms", medianInterval(times.all));
         add(json, "time_ms_p99", quantileInterval(std::move(times.all), kWorstFrameQuantile));
+        if (times.overEmbree.size() == json["value_count"].get<size_t>())
+            add(json, "time_over_embree", medianInterval(std::move(times.overEmbree)));
         list.push_back(std::move(json));
     }
     return list;

@@ -14,8 +14,10 @@ constexpr double kWorstFrameQuantile = 0.99;
 /// times rounds), the mean over the frames' medians time_ms_mean, the median time_ms over all
 /// values and the 99th percentile time_ms_p99, both with _low, _high and _confidence of their
 /// intervals by order statistics. A percentile of few values has no upper bound: its interval then
-/// ends at the slowest frame, and the confidence says what that holds. Rows without
-/// round_times_ms, of older results, count as one value of their median.
+/// ends at the slowest frame, and the confidence says what that holds. Where the rows hold a run of
+/// method `embree`, also time_over_embree, with its interval: the median over frames and rounds of
+/// the time over Embree's of the same frame and round. Rows without round_times_ms, of older
+/// results, count as one value of their median.
 /// @param rows sequence_runs of results.json
 Json sequenceTimes(const Json& rows);
 

@@ -269,9 +269,9 @@ private:
         const CpuUse use;
         const std::vector<Timing> timings =
             timeInTurn(runs_.size(), experiment_.warmups, experiment_.repeats, [&](size_t i) {
-                StageTimes stages = render(runs_[i], false).stages;
+                const FrameResult frame = render(runs_[i], false);
                 step();
-                return stages;
+                return RunTimes(frame.stages, frame.wallMs);
             });
         const double otherCpuShare = use.otherShare();
         const auto embree = std::find_if(runs_.begin(), runs_.end(), [](const RunParameters& run) {

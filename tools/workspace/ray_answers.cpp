@@ -191,7 +191,7 @@ Json scoreRow(const RaySet& set, const RaySetTruth& truth, const RayAnswers& ans
                 {"dag_bytes", 0},
                 {"map_bytes", 0}};
     if (!answers.timeMs.empty()) {
-        row.update(Timing{answers.timeMs, {}}.toJson());
+        row.update(Timing{answers.timeMs, {}, {}}.toJson());
         row["ns_per_pair"] = row["time_ms"].get<double>() * 1e6 / pairs;
     }
     if (answers.buildMs >= 0.0)

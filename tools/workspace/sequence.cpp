@@ -102,6 +102,10 @@ public:
             time(round);
         const double otherCpuShare = use.otherShare();
         const std::vector<Timing> timings = gatherTimes();
+        const auto embree = std::find_if(players_.begin(), players_.end(), [](const auto& player) {
+            return methodOf(player->run.method).needs().embree;
+        });
+        const size_t embreeIndex = size_t(embree - players_.begin());
         SceneMeasurement out;
         for (size_t step = 0; step < steps_.size(); ++step)
             for (const Json& row : *part(partOfStep(step))) {
@@ -109,7 +113,11 @@ public:
                 for (const auto& [key, value] : row.items()) {
                     json[key] = value;
                     if (key == "label") {
-                        json.update(timings[out.sequenceRuns.size()].toJson());
+                        const size_t i = out.sequenceRuns.size();
+                        json.update(timings[i].toJson());
+                        if (embree != players_.end())
+                            json.update(ratioJson("time_over_embree", timings[i],
+                                                  timings[i - i % players_.size() + embreeIndex]));
                         json["other_cpu_share"] = otherCpuShare;
                     }
                 }

@@ -19,9 +19,11 @@
 
 namespace shadowdag {
 
-void Timing::add(const StageTimes& stages) {
-    totalMs.push_back(stages.totalMs());
-    for (const auto& [name, timeMs] : stages.stagesMs) {
+void Timing::add(const RunTimes& run) {
+    totalMs.push_back(run.stages.totalMs());
+    if (run.wallMs > 0)
+        wallMs.push_back(run.wallMs);
+    for (const auto& [name, timeMs] : run.stages.stagesMs) {
         auto found = std::find_if(stagesMs.begin(), stagesMs.end(),
                                   [&](const auto& s) { return s.first == name; });
         if (found == stagesMs.end())
@@ -35,15 +37,18 @@ Json Timing::toJson() const {
     for (const auto& [name, times] : stagesMs)
         stages[name] = median(times);
     const QuantileInterval interval = medianInterval(totalMs);
-    return {{"time_ms", interval.value},
-            {"time_ms_low", interval.low},
-            {"time_ms_high", interval.high},
-            {"time_ms_confidence", interval.confidence},
-            {"time_ms_min", *std::min_element(totalMs.begin(), totalMs.end())},
-            {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())},
-            {"repeat_count", totalMs.size()},
-            {"round_times_ms", totalMs},
-            {"stages_ms", std::move(stages)}};
+    Json json = {{"time_ms", interval.value},
+                 {"time_ms_low", interval.low},
+                 {"time_ms_high", interval.high},
+                 {"time_ms_confidence", interval.confidence},
+                 {"time_ms_min", *std::min_element(totalMs.begin(), totalMs.end())},
+                 {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())}};
+    if (!wallMs.empty())
+        json["wall_ms"] = median(wallMs);
+    json["repeat_count"] = totalMs.size();
+    json["round_times_ms"] = totalMs;
+    json["stages_ms"] = std::move(stages);
+    return json;
 }
 
 Json ratioJson(const std::string& key, const Timing& timing, const Timing& base) {
@@ -133,13 +138,13 @@ void runInTurn(size_t count, size_t round, const std::function<void(size_t)>& ru
 }
 
 std::vector<Timing> timeInTurn(size_t count, int warmups, int repeats,
-                               const std::function<StageTimes(size_t)>& run) {
+                               const std::function<RunTimes(size_t)>& run) {
     std::vector<Timing> timings(count);
     for (int round = 0; round < warmups + repeats; ++round)
         runInTurn(count, size_t(round), [&](size_t i) {
-            const StageTimes stages = run(i);
+            const RunTimes times = run(i);
             if (round >= warmups)
-                timings[i].add(stages);
+                timings[i].add(times);
         });
     return timings;
 }

@@ -13,17 +13,27 @@
 
 namespace shadowdag {
 
+/// The times of one run.
+struct RunTimes {
+    RunTimes(StageTimes stages, double wallMs = 0) : stages(std::move(stages)), wallMs(wallMs) {}
+
+    StageTimes stages;
+    double wallMs = 0; ///< by the wall clock, with what no stage counts; 0: not taken
+};
+
 /// Run by run: the total, and every stage by name in order of first appearance.
 struct Timing {
     std::vector<double> totalMs;
+    std::vector<double> wallMs; ///< of the runs for which it was taken
     std::vector<std::pair<std::string, std::vector<double>>> stagesMs;
 
     /// Adds a run; its total is the sum of its stages.
-    void add(const StageTimes& stages);
+    void add(const RunTimes& run);
     /// Returns time_ms (median), time_ms_low and time_ms_high (its interval by order statistics),
     /// time_ms_confidence (of that interval: below 0.95 where the runs are few), time_ms_min,
-    /// time_ms_max, repeat_count, round_times_ms (every run), stages_ms (medians of the runs that
-    /// had the stage). At least one run must have been added.
+    /// time_ms_max, wall_ms (median; of runs for which it was taken), repeat_count, round_times_ms
+    /// (every run), stages_ms (medians of the runs that had the stage). At least one run must have
+    /// been added.
     Json toJson() const;
 };
 
@@ -66,6 +76,6 @@ void runInTurn(size_t count, size_t round, const std::function<void(size_t i)>& 
 /// Runs `count` configurations in turn, `warmups` uncounted rounds and `repeats` counted ones, and
 /// returns the times of each.
 std::vector<Timing> timeInTurn(size_t count, int warmups, int repeats,
-                               const std::function<StageTimes(size_t i)>& run);
+                               const std::function<RunTimes(size_t i)>& run);
 
 } // namespace shadowdag

@@ -67,13 +67,22 @@ TEST(EmbreeBaseline, RatesComeWithVerifiedAnswers) {
     const std::vector<EmbreeRate> rates = baseline.measure(segments, 3);
     ASSERT_EQ(rates.size(), embreeCalls().size());
     for (const EmbreeRate& rate : rates) {
-        EXPECT_GT(rate.megaraysPerSecond, 0.0) << embreeCallName(rate.call);
-        EXPECT_LE(rate.megaraysPerSecondMin, rate.megaraysPerSecond);
-        EXPECT_LE(rate.megaraysPerSecond, rate.megaraysPerSecondMax);
+        EXPECT_GT(rate.megaraysPerSecond.value, 0.0) << embreeCallName(rate.call);
+        EXPECT_LE(rate.megaraysPerSecond.low, rate.megaraysPerSecond.value);
+        EXPECT_LE(rate.megaraysPerSecond.value, rate.megaraysPerSecond.high);
+        EXPECT_NEAR(rate.megaraysPerSecond.confidence, 0.75, 1e-12) << "three repeats";
         EXPECT_LE(rate.disagreementCount, 2u) << embreeCallName(rate.call);
         EXPECT_GT(rate.occludedCount, segments.size() / 10);
         EXPECT_LT(rate.occludedCount, segments.size() * 9 / 10);
     }
+}
+
+TEST(EmbreeBaseline, RatesOfTenRepeatsHaveAnIntervalOf95PerCent) {
+    TriangleSoup soup;
+    std::vector<WorldSegment> segments;
+    makeHeap(soup, segments);
+    for (const EmbreeRate& rate : EmbreeBaseline(soup.view()).measure(segments))
+        EXPECT_TRUE(rate.megaraysPerSecond.isWide()) << embreeCallName(rate.call);
 }
 
 TEST(EmbreeBaseline, NoSegmentsGiveNoRate) {
@@ -81,7 +90,7 @@ TEST(EmbreeBaseline, NoSegmentsGiveNoRate) {
     soup.addLevelSquare(glm::vec3(0.0f), 1.0f);
     const EmbreeBaseline baseline(soup.view());
     for (const EmbreeRate& rate : baseline.measure({}, 1)) {
-        EXPECT_EQ(rate.megaraysPerSecond, 0.0);
+        EXPECT_EQ(rate.megaraysPerSecond.value, 0.0);
         EXPECT_EQ(rate.occludedCount, 0u);
     }
 }

@@ -69,7 +69,8 @@ TEST(ProgramBench, VoxelComparesOursWithEmbreeAndNanoVdb) {
     EXPECT_NEAR(frame["true_lit_share"].get<double>() + frame["true_dark_share"].get<double>() +
                     frame["true_mixed_share"].get<double>(),
                 1.0, 1e-9);
-    ASSERT_EQ(frame["methods"].size(), 3u);
+    ASSERT_EQ(frame["methods"].size(), 4u);
+    EXPECT_EQ(frame["methods"][3]["method"], "rtcOccluded8");
     EXPECT_EQ(frame["exact_wrong_count"], 0);
     EXPECT_GT(frame["exact_bytes"].get<uint64_t>(), 0u);
     for (const Json& method : frame["methods"]) {

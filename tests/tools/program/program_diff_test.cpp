@@ -17,6 +17,7 @@ namespace {
 using testing::HasSubstr;
 
 const std::string kAtrium = SDAG_SOURCE_DIR "/tests/bench/results/compare-atrium.json";
+const std::string kTracers = SDAG_SOURCE_DIR "/tests/bench/results/tracers-atrium.json";
 
 /// Returns the committed result with twelve pairs of acne more.
 Json withMoreAcne() {
@@ -124,13 +125,15 @@ TEST(Diff, RefusesWhatCannotBeCompared) {
     other["provenance"]["cpu"] = "another";
     writeText(directory / "machine.json", other.dump());
     const std::string machine = directory / "machine.json";
-    expectRefused(directory,
-                  {{{"diff", kAtrium}, 1, "required"},
-                   {{"diff", kAtrium, directory / "none.json"}, 2, "none.json"},
-                   {{"diff", kAtrium, directory / "other.json"}, 2, "is no result of compare"},
-                   {{"diff", kAtrium, directory.path()}, 2, "holds no results"},
-                   {{"diff", kAtrium, machine}, 1, "--allow machine"},
-                   {{"diff", kAtrium, machine, "--allow", "cpu"}, 1, "--allow 'cpu'"}});
+    expectRefused(
+        directory,
+        {{{"diff", kAtrium}, 1, "required"},
+         {{"diff", kAtrium, directory / "none.json"}, 2, "none.json"},
+         {{"diff", kAtrium, directory / "other.json"}, 2, "is no result of compare"},
+         {{"diff", kAtrium, directory.path()}, 2, "holds no results"},
+         {{"diff", kAtrium, kTracers}, 1, "one is a result of compare, the other of rays"},
+         {{"diff", kAtrium, machine}, 1, "--allow machine"},
+         {{"diff", kAtrium, machine, "--allow", "cpu"}, 1, "--allow 'cpu'"}});
     EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--allow", "machine"}).status, 0);
     EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--no-times"}).status, 0);
 }

@@ -52,8 +52,10 @@ std::vector<double> valuesOf(const Json& rows, const std::string& label, const c
 /// Returns rows without what differs from run to run.
 Json withoutTimes(Json rows) {
     for (Json& row : rows)
-        for (const char* key : {"time_ms", "time_ms_low", "time_ms_high", "time_ms_min",
-                                "time_ms_max", "round_times_ms", "stages_ms", "other_cpu_share"})
+        for (const char* key :
+             {"time_ms", "time_ms_low", "time_ms_high", "time_ms_min", "time_ms_max",
+              "round_times_ms", "stages_ms", "other_cpu_share", "time_over_embree",
+              "time_over_embree_low", "time_over_embree_high"})
             row.erase(key);
     return rows;
 }
@@ -72,6 +74,26 @@ TEST(Sequence, FramesAreLedInByTheirPredecessors) {
                             SequenceStep{3, true}, SequenceStep{4, false}, SequenceStep{5, true}));
     EXPECT_THAT(sequenceSteps({0, 30}, 0),
                 ElementsAre(SequenceStep{0, true}, SequenceStep{30, true}));
+}
+
+TEST(Sequence, RowsHaveTheirTimeOverEmbreesInTheSameFrameAndRound) {
+    Workspace scene = slidingWorkspace();
+    Experiment experiment = smallExperiment({"PMCD-EB"});
+    experiment.repeats = 3;
+    const Json rows = measure(experiment, scene);
+    ASSERT_EQ(rows.size(), 6u);
+    for (size_t i = 0; i < rows.size(); i += 2) {
+        ASSERT_EQ(rows[i]["method"], "embree");
+        EXPECT_EQ(rows[i]["time_over_embree"], 1.0);
+        const Json &embree = rows[i]["round_times_ms"], &maps = rows[i + 1]["round_times_ms"];
+        std::vector<double> ratios;
+        for (size_t round = 0; round < 3; ++round)
+            ratios.push_back(maps[round].get<double>() / embree[round].get<double>());
+        std::sort(ratios.begin(), ratios.end());
+        EXPECT_DOUBLE_EQ(rows[i + 1]["time_over_embree"], ratios[1]);
+        EXPECT_DOUBLE_EQ(rows[i + 1]["time_over_embree_low"], ratios[0]);
+        EXPECT_DOUBLE_EQ(rows[i + 1]["time_over_embree_high"], ratios[2]);
+    }
 }
 
 TEST(Sequence, FrameZeroIsLedInByItself) {

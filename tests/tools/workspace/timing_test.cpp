@@ -63,6 +63,18 @@ TEST(Timing, StatesTheIntervalOfTheMedianAndWhatItHolds) {
     EXPECT_NEAR(three["time_ms_confidence"].get<double>(), 0.75, 1e-12);
 }
 
+TEST(Timing, TheWallClockIsTheMedianOfTheRunsThatTookIt) {
+    Timing timing;
+    for (const double wallMs : {7.0, 4.0, 5.0}) {
+        StageTimes stages;
+        stages.add("work", 3);
+        timing.add({stages, wallMs});
+    }
+    EXPECT_EQ(timing.toJson()["wall_ms"], 5.0);
+    EXPECT_EQ(timing.toJson()["time_ms"], 3.0);
+    EXPECT_FALSE(timingOf({1, 2}).toJson().contains("wall_ms"));
+}
+
 // The second round was slow for both: the ratio does not see it.
 TEST(Timing, RatiosArePairedByRound) {
     const Json ratio = ratioJson("over", timingOf({2, 20, 2.2}), timingOf({1, 10, 1}));

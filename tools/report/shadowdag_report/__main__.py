@@ -66,9 +66,9 @@ def parser_of(name, module):
 
 
 def set_stamp(name, arguments):
-    """Stamps the charts of a command with its data; pages and tables have none."""
-    from shadowdag_report.stamp import VERSIONS, stamp_of_arguments
-    if name in VERSIONS:
+    """Stamps the charts of a command with its data and drawing; pages and tables have none."""
+    from shadowdag_report.stamp import MODULES, stamp_of_arguments
+    if name in MODULES:
         from shadowdag_report import collection
         collection.STAMP = stamp_of_arguments(name, arguments)
 

@@ -6,15 +6,16 @@
 Reads `main.json` and `main_placed.json`, `main_1080p.json` and `main_placed_1080p.json`, every `compare-*.json`
 (results.json of `shadowdag compare`), `validate-*.json` (`shadowdag validate --json`), `bench-voxel-*.json` (`shadowdag bench
 voxel --json`) and, for what it says of wrong pairs of exact rays, `adjudication*.json` (`shadowdag study adjudication`) of the
-folder and replaces the text between the two marker lines of the file. With --check nothing is written, and the file is refused
-when it differs from the generated text.
+folder and replaces the text between the two marker lines of the file; and the table of animations from `animations.json`, between
+its own (animations.py). With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import pathlib
 import re
 
+from . import animations
 from .explained import explained_text, null_rate, null_text, share_text, unexplained_count, wrong_count
 from .files import expecting, read_json, replace_marked
-from .intervals import interval_text
+from .intervals import ends_text, interval_text, pair_time
 
 BEGIN, END = "<!-- claims:begin -->", "<!-- claims:end -->"
 
@@ -140,8 +141,11 @@ def overview_table(paths):
     return lines
 
 
-def frame_table(frame):
-    """Returns the lines of a bench's whole frame: how similar the pairs of a cluster are, then one row per method."""
+def frame_table(frame, repeat_count):
+    """Returns the lines of a bench's whole frame: how similar the pairs of a cluster are, then one row per method.
+
+    repeat_count: of the bench
+    """
     if not frame:
         return []
     lines = ["", "All {:,} pairs of a frame of {} x {}, one thread, visibility only. Of the pairs {:.1f} % lie in a cluster-light "
@@ -151,10 +155,13 @@ def frame_table(frame):
                  "" if "exact_wrong_count" not in frame else  # older results have no exact streams
                  "Embree and `streams` trace the segments of voxel rays, which begin an offset above the surface; exact streams begin "
                  "on it and differ from the truth in {:,} pairs.".format(frame["exact_wrong_count"])).rstrip(), "",
-             "| whole frame by | ns a pair | speed, rtcOccluded16 = 1 | answers unlike Embree's |", "|---|---:|---:|---:|"]
+             "| whole frame by | ns a pair, median (95 % interval) | n | speed, rtcOccluded16 = 1 | answers unlike Embree's |",
+             "|---|---:|---:|---:|---:|"]
     for method in frame["methods"]:
-        lines.append("| {} | {:.1f} | {:.2f} | {:.2f} % |".format(
-            method["method"], method["ns_per_pair"], method["embree_over_it"], 100.0 * method["disagreement_share"]))
+        timed = pair_time(method, repeat_count)
+        speed = interval_text(method, "embree_over_it", 2) if "embree_over_it_low" in method else f'{method["embree_over_it"]:.2f}'
+        lines.append("| {} | {} | {} | {} | {:.2f} % |".format(
+            method["method"], interval_text(timed, "ns_per_pair", 1), timed["repeat_count"], speed, 100.0 * method["disagreement_share"]))
     return lines
 
 
@@ -167,10 +174,10 @@ def bench_table(path):
     sizes = " --size {}x{}".format(result["width"], result["height"]) if frame else ""
     if frame and frame["width"] != result["width"]:
         sizes += " --frame-size {}x{}".format(frame["width"], frame["height"])
-    lines = ["", "**{} at {}³: {:,} voxels in {:.1f} CPU-s ({:.1f} to {:.1f}), {:.2f} MiB as traced words, {:.3f} bit a "
+    lines = ["", "**{} at {}³: {:,} voxels in {:.1f} CPU-s ({}, n = {}), {:.2f} MiB as traced words, {:.3f} bit a "
              "voxel.** `shadowdag bench voxel {} --resolution {}{} --nanovdb-limit 4096{}` ({})".format(
-                 result["scene"].removeprefix("builtin:"), result["resolution"], build["voxel_count"], build["cpu_s"],
-                 build["cpu_s_min"], build["cpu_s_max"], build["traced_bytes"] / 2.0**20,
+                 result["scene"].removeprefix("builtin:"), result["resolution"], build["voxel_count"],
+                 build["cpu_s"], ends_text(build, "cpu_s", 1), build["repeat_count"], build["traced_bytes"] / 2.0**20,
                  build["traced_bits_per_voxel"], result["scene"], result["resolution"], lights, sizes,
                  machine_of(result["provenance"])), "",
              "{:,} rays of a frame, cluster order, one thread; ours is dark where Embree is lit for {:.2f} % of them and "
@@ -185,7 +192,7 @@ def bench_table(path):
             lines.append("| {} | {} | {} | {:.2f} |".format(
                 tracer_name(rate["tracer"]), interval_text(repeated, "megarays_per_s", 2), repeated["repeat_count"],
                 rate["ours_over_it"]))
-    lines += frame_table(result.get("frame"))
+    lines += frame_table(result.get("frame"), result["repeat_count"])
     return lines
 
 
@@ -272,5 +279,8 @@ def declare(parser):
 def run(arguments):
     document, folder = arguments.document, arguments.folder
     with expecting(folder, "a folder of results that the tables are made of"):
-        text = claims(folder)
-    replace_marked(document, (BEGIN, END), text, arguments.check, f"the tables of {folder}; write them with the command claims")
+        parts = {(BEGIN, END): claims(folder)}
+        if (folder / "animations.json").exists():
+            parts[animations.BEGIN, animations.END] = animations.table(read_json(folder / "animations.json"))
+    for markers, text in parts.items():
+        replace_marked(document, markers, text, arguments.check, f"the tables of {folder}; write them with the command claims")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the charts of docs/ from the committed results, or checks that none is older than its data.
+"""Draws the charts of docs/ from the committed results, or checks that none is older than its data or its drawing.
 
     committed SOURCE_DIR [--only NAME...] [--check]
 
 With --check every chart is drawn into a temporary directory and its stamp (stamp.py) compared with that of the committed
-file; nothing is written. A new chart is a row of CHARTS.
+file; nothing is written. A new chart is a row of CHARTS; a picture that no results are drawn into is one of OTHER_PICTURES.
 """
 import contextlib
 import importlib
@@ -15,12 +15,9 @@ import tempfile
 
 from . import collection
 from .files import Refused, expecting
-from .stamp import stamp_in, stamp_of
+from .stamp import MODULES, stamp_in, stamp_of
 
 RESULTS, DOCS = "tests/bench/results", "docs"
-MODULES = {"charts": "charts", "figures": "figures", "stability-charts": "charts.stability", "mechanisms-chart": "charts.mechanisms",
-           "regret": "charts.regret", "bias": "charts.bias", "layouts": "charts.layouts", "frame": "charts.frame",
-           "main": "charts.main"}
 TRACED = ("crytek_sponza_half", "conference", "bitterli_house", "lost_empire_torches", "kaykit_dungeon", "atrium", "houses", "necropolis")
 BELIEVED = ("builtin_houses", "builtin_necropolis", "crytek_sponza_half_glb", "kaykit_dungeon_glb", "lost_empire_torches_glb",
             "lq_e1m1_glb", "lq_e2m3_glb")
@@ -53,6 +50,13 @@ CHARTS = (
 )
 FIGURES_ONLY = {"figures_atrium.json": (15, 16), "figures_houses.json": (15, 16), "figures_necropolis.json": (15, 16),
                 "figure_10.json": (10,), "slow_camera.json": (17, 18), "figure_11_sparse.json": (11,)}
+# Pictures of docs/ without a stamp, and why they have none.
+OTHER_PICTURES = {
+    "atrium.png": "a frame of the program: shadowdag render builtin:atrium; it shows no number, and to draw it needs the program",
+    "view.png": "a screenshot of the window, which needs a display and a person; it shows no number of a result",
+    "rooms.svg": "drawn by hand: the folders and what they may include, which include_order.py checks in the sources",
+    "dag_node.svg": "drawn by hand: the layout of a node, which static_asserts hold",
+    "svdag_layout.svg": "drawn by hand: the bytes of a file, which tests of its reader hold"}
 
 
 def arguments_of(command, data, directory):
@@ -84,6 +88,14 @@ def compare(drawn, committed):
                                              f"committed results ({should_be})")
 
 
+def unlisted(docs):
+    """Returns the pictures of a folder that are neither listed as charts nor as others, and the listed ones that it lacks."""
+    listed = {f"{target}.{kind}" for _, _, charts in CHARTS for target, kinds in charts.values() for kind in kinds.split()}
+    there = {name for name in os.listdir(docs) if name.endswith((".png", ".svg"))}
+    return ([f"{name}: is listed neither in CHARTS nor in OTHER_PICTURES" for name in sorted(there - listed - set(OTHER_PICTURES))]
+            + [f"{name}: is listed and does not exist" for name in sorted((listed | set(OTHER_PICTURES)) - there)])
+
+
 def declare(parser):
     parser.add_argument("source", help="the directory of the project's source")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="only these charts, as they are named in docs")
@@ -91,7 +103,7 @@ def declare(parser):
 
 
 def run(arguments):
-    wrong = []
+    wrong = unlisted(os.path.join(arguments.source, DOCS)) if arguments.check else []
     for command, files, charts in CHARTS:
         kept = {name: target for name, target in charts.items() if not arguments.only or target[0] in arguments.only}
         if not kept:

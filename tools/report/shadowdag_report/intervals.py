@@ -30,11 +30,29 @@ def confidence_text(confidence):
     return "95 %" if confidence >= CONFIDENCE else f"{int(100 * confidence)} %"
 
 
+def ends_text(row, key="time_ms", decimals=0):
+    """Returns "159 to 214", with the confidence where the values were too few for 95 %."""
+    low, high, confidence = interval(row, key)
+    return f"{low:.{decimals}f} to {high:.{decimals}f}" + ("" if confidence >= CONFIDENCE else f", {confidence_text(confidence)}")
+
+
 def interval_text(row, key="time_ms", decimals=0):
     """Returns "172 (159 to 214)", with the confidence where the values were too few for 95 %."""
-    low, high, confidence = interval(row, key)
-    short = "" if confidence >= CONFIDENCE else f", {confidence_text(confidence)}"
-    return f"{row[key]:.{decimals}f} ({low:.{decimals}f} to {high:.{decimals}f}{short})"
+    return f"{row[key]:.{decimals}f} ({ends_text(row, key, decimals)})"
+
+
+def pair_time(method, repeat_count):
+    """Returns the time of a pair by a method of a whole frame, with its interval and repeat_count. Older results state the interval
+    of the CPU time alone, of which it is the same share.
+
+    repeat_count: of the bench, for results whose methods state none
+    """
+    timed = {"repeat_count": repeat_count} | method
+    if "ns_per_pair_low" not in timed and "ns_per_pair_min" not in timed:
+        low, high, confidence = interval(timed, "cpu_s")
+        scale = method["ns_per_pair"] / method["cpu_s"]
+        timed |= {"ns_per_pair_low": low * scale, "ns_per_pair_high": high * scale, "ns_per_pair_confidence": confidence}
+    return timed
 
 
 def least_confidence(rows, key="time_ms"):

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stamp of a chart: a hash of the data that it was drawn from, with the command and the version of its drawing. It
-stands in the metadata of the SVG and in a text chunk of the PNG, so that a chart that is older than its data is found.
+"""The stamp of a chart: the command that draws it, a hash of the modules that do, and one of the data. It stands in the
+metadata of the SVG and in a text chunk of the PNG, so that a chart that is older than its data or its drawing is found.
 """
+import ast
+import functools
 import hashlib
 import os
 import re
@@ -9,20 +11,77 @@ import struct
 import zlib
 
 KEYWORD = "shadowdag-data"
-# Raise the number of a command when its drawing changes: charts of earlier drawings are then stale.
-VERSIONS = {"charts": 4, "figures": 2, "stability-charts": 1, "mechanisms-chart": 2, "regret": 2, "bias": 1, "layouts": 1,
-            "frame": 3, "main": 3, "scale-chart": 1}
+# The commands that draw charts, and the module of each, below this package.
+MODULES = {"charts": "charts", "figures": "figures", "stability-charts": "charts.stability", "mechanisms-chart": "charts.mechanisms",
+           "regret": "charts.regret", "bias": "charts.bias", "layouts": "charts.layouts", "frame": "charts.frame",
+           "main": "charts.main", "scale-chart": "charts.scale"}
+WITHOUT_DRAWING = {"files", "collection", "stamp"}  # they read and write files
+PACKAGE = os.path.dirname(os.path.abspath(__file__))
 PNG_HEAD = b"\x89PNG\r\n\x1a\n"
 
 
-def stamp_of(command, paths):
-    """Returns the stamp of the charts that a command draws from files: the command, its version, 16 digits of a hash."""
+def file_of(module, package=PACKAGE):
+    """Returns the file of a module below the package, None if it is none."""
+    path = os.path.join(package, *module.split("."))
+    return next((file for file in (f"{path}.py", os.path.join(path, "__init__.py")) if os.path.exists(file)), None)
+
+
+def imports_of(module, package=PACKAGE):
+    """Returns the modules of the package that a module imports."""
+    path = file_of(module, package)
+    is_folder = os.path.basename(path) == "__init__.py"
+    found = set()
+    with open(path, encoding="utf-8") as file:
+        tree = ast.parse(file.read())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            parts = module.split(".") + [""] * is_folder
+            base = parts[:len(parts) - node.level] + (node.module or "").split(".") * bool(node.module)
+            for name in [base] + [base + [alias.name] for alias in node.names]:
+                if name and file_of(".".join(name), package):
+                    found.add(".".join(name))
+    return found
+
+
+def code_of(path):
+    """Returns the lines of a module without docstrings, comments of their own and empty lines."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    left_out = set()
+    for node in ast.walk(ast.parse(text)):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and body and isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
+            left_out.update(range(body[0].lineno, body[0].end_lineno + 1))
+    return [line for number, line in enumerate(text.splitlines(), 1)
+            if number not in left_out and line.strip() and not line.lstrip().startswith("#")]
+
+
+def hash_of(contents):
+    """Returns 16 digits of a hash of texts in bytes, in their order."""
     digest = hashlib.sha256()
-    for path in paths:
-        with open(path, "rb") as file:
-            content = file.read()
+    for content in contents:
         digest.update(f"{len(content)}:".encode() + content)
-    return f"{command} {VERSIONS.get(command, 0)} {digest.hexdigest()[:16]}"
+    return digest.hexdigest()[:16]
+
+
+@functools.lru_cache(maxsize=None)
+def drawing_of(command, package=PACKAGE):
+    """Returns a hash of the code that draws the charts of a command: of its module and all of the package that these import,
+    but for what only reads and writes files."""
+    modules, open_ones = set(), {MODULES[command]}
+    while open_ones:
+        module = open_ones.pop()
+        modules.add(module)
+        open_ones |= imports_of(module, package) - modules - WITHOUT_DRAWING
+    return hash_of(f"{module}\n".encode() + "\n".join(code_of(file_of(module, package))).encode() for module in sorted(modules))
+
+
+def stamp_of(command, paths):
+    """Returns the stamp of the charts that a command draws from files: the command, a hash of its drawing, one of its data."""
+    def content(path):
+        with open(path, "rb") as file:
+            return file.read()
+    return f"{command} {drawing_of(command)} {hash_of(map(content, paths))}"
 
 
 def stamp_of_arguments(command, arguments):

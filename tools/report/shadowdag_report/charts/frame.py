@@ -7,10 +7,10 @@ import pathlib
 
 from ..collection import save_figure
 from ..files import expecting, read_json
-from ..intervals import confidence_text, interval
-from ..style import COLUMN, SKY, VERMILION, YELLOW, plt
+from ..intervals import confidence_text, interval, least_confidence, pair_time
+from ..style import COLUMN, ORANGE, SKY, VERMILION, YELLOW, plt
 
-COLORS = {"streams": SKY, "exact streams": YELLOW, "rtcOccluded16": VERMILION}
+COLORS = {"streams": SKY, "exact streams": YELLOW, "rtcOccluded16": VERMILION, "rtcOccluded8": ORANGE}
 
 
 def load(paths):
@@ -35,7 +35,7 @@ def declare(parser):
 def run(arguments):
     results = load(arguments.results)
     figure, axes = plt.subplots(figsize=(COLUMN, 0.5 + 0.75 * len(results)))
-    y, ticks, names = 0.0, [], []
+    y, ticks, names, timed = 0.0, [], [], []
     for result in results:
         frame = result["frame"]
         start = y
@@ -43,11 +43,10 @@ def run(arguments):
             name = method["method"]
             axes.barh(y, method["ns_per_pair"], 0.85, color=COLORS[name], edgecolor="black", linewidth=0.4,
                       label=name if result is results[0] else None)
-            # The interval of the CPU time, as a share of it, is that of the time of a pair.
-            low, high, _ = interval({"repeat_count": result["repeat_count"]} | method, "cpu_s")
-            scale = method["ns_per_pair"] / method["cpu_s"]
-            axes.plot([low * scale, high * scale], [y, y], color="black", linewidth=0.8, marker="|", markersize=3.5)
-            axes.annotate("{:.0f}".format(method["ns_per_pair"]), (high * scale, y), xytext=(3, 0),
+            timed.append(pair_time(method, result["repeat_count"]))
+            low, high, _ = interval(timed[-1], "ns_per_pair")
+            axes.plot([low, high], [y, y], color="black", linewidth=0.8, marker="|", markersize=3.5)
+            axes.annotate("{:.0f}".format(method["ns_per_pair"]), (high, y), xytext=(3, 0),
                           textcoords="offset points", va="center", fontsize=6)
             y -= 1
         ticks.append((start + y + 1) / 2)
@@ -55,8 +54,9 @@ def run(arguments):
                                                result["resolution"], frame["width"], frame["height"]))
         y -= 0.8
     axes.set_yticks(ticks, names)
-    few = min(results, key=lambda r: r["repeat_count"])["repeat_count"]
-    axes.set_xlabel(f"visibility of a pair, one thread (ns)\n{confidence_text(1 - 2.0 ** (1 - few))} intervals of {few} repeats", fontsize=6.5)
+    few = min(row["repeat_count"] for row in timed)
+    axes.set_xlabel(f"visibility of a pair, one thread (ns)\n{confidence_text(least_confidence(timed, 'ns_per_pair'))} intervals of {few} "
+                    "repeats", fontsize=6.5)
     axes.set_xlim(right=axes.get_xlim()[1] * 1.05)
     axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncol=3)
     save_figure(figure, str(arguments.output.with_suffix("")), bbox_inches="tight")

@@ -4,12 +4,13 @@ from ..intervals import CONFIDENCE, confidence_text
 from .page import Cell, count, decimal, text, words
 
 HEADINGS = ("Run", "Scene", "Frames", "Median time, ms", "95 % interval", "99th percentile, ms", "its interval", "n",
+            "Over Embree's, same frame and round", "its interval",
             "Slowest frame", "its time, ms", "Peak triangles", "Peak texels", "Wrong pairs, %", "Flicker, %",
             "Difference error")
 
 
 def interval_cell(times, key):
-    """Returns the interval of a quantile, with its confidence where the values were too few for 95 %."""
+    """Returns the interval of a quantile, with its confidence where the values were too few for 95 %; nothing where it is unknown."""
     if f"{key}_low" not in times:
         return words("")
     low, high, confidence = (times[f"{key}_{end}"] for end in ("low", "high", "confidence"))
@@ -35,6 +36,8 @@ def sequence_table(rows, summaries=()):
                       decimal(times.get("time_ms", 0.5 * (ordered[half] + ordered[-half - 1])), 2), interval_cell(times, "time_ms"),
                       decimal(times["time_ms_p99"], 2) if times else words(""), interval_cell(times, "time_ms_p99"),
                       count(times.get("value_count", len(members))),
+                      decimal(times["time_over_embree"], 3) if "time_over_embree" in times else words(""),
+                      interval_cell(times, "time_over_embree"),
                       count(worst["frame"]), decimal(worst["time_ms"], 2),
                       count(max(row["triangle_draw_count"] for row in members)),
                       count(max(row["texel_count"] for row in members)),
