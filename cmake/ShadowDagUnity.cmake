@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# SDAG_UNITY: the files of a folder are compiled together, up to twelve at a time. Headers, of which JSON's alone take
-# two seconds, are then read and instantiated once for twelve files. Names in anonymous namespaces must therefore be
-# unique within a folder.
-set(SDAG_UNITY_SIZE 12)
+# SDAG_UNITY: the files of a library are compiled together, up to 32 at a time. Headers, of which JSON's alone take four
+# seconds, are then read and instantiated once for 32 files; such a compiler takes a GiB. Names in anonymous namespaces
+# must therefore be unique within a library.
+set(SDAG_UNITY_SIZE 32)
 # Files that share such names, as the built-in scenes share their Materials, those that register passes, and the one
 # with the macros of X11: compiled alone.
 string(JOIN "|" SDAG_UNITY_ALONE
@@ -13,10 +13,11 @@ string(JOIN "|" SDAG_UNITY_ALONE
   tools/bench/bench_voxel tools/commands/fit_command tools/window/view_display
   "[a-z/]*passes[.]cpp")
 
-# sdag_unite(target) groups the target's C++ sources by folder. CMake itself excludes sources with separate options.
+# sdag_unite(target) groups the target's C++ sources in their order. CMake itself excludes sources with separate options.
 function(sdag_unite target)
   get_target_property(sources ${target} SOURCES)
   get_target_property(targetFolder ${target} SOURCE_DIR)
+  set(united)
   foreach(source ${sources})
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${targetFolder} NORMALIZE)
     cmake_path(IS_PREFIX PROJECT_SOURCE_DIR "${source}" NORMALIZE isOurs)
@@ -24,12 +25,16 @@ function(sdag_unite target)
     if(NOT isOurs OR isGenerated OR NOT source MATCHES "[.]cpp$" OR source MATCHES "/(${SDAG_UNITY_ALONE})")
       continue()
     endif()
-    cmake_path(GET source PARENT_PATH folder)
-    cmake_path(GET folder FILENAME room)
-    math(EXPR group "${count_${room}} + 0")
-    math(EXPR number "${group} / ${SDAG_UNITY_SIZE}")
-    math(EXPR count_${room} "${group} + 1")
-    set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${room}_${number})
+    list(APPEND united ${source})
+  endforeach()
+  # Groups of equal size: none of few files that reads all headers for them.
+  list(LENGTH united count)
+  math(EXPR groupCount "(${count} + ${SDAG_UNITY_SIZE} - 1) / ${SDAG_UNITY_SIZE}")
+  set(number 0)
+  foreach(source IN LISTS united)
+    math(EXPR group "${number} * ${groupCount} / ${count}")
+    math(EXPR number "${number} + 1")
+    set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${target}_${group})
   endforeach()
   sdag_compile_groups(${target})
 endfunction()

@@ -23,7 +23,7 @@ namespace shadowdag {
 namespace {
 
 /// A variant over all frames of a scene. Times are sums until finish().
-struct Variant {
+struct MeasuredVariant {
     std::string label;
     std::string shown = label; ///< nameMeasuredRoutes
     double timeMs = 0, minMs = 0, maxMs = 0, lowMs = 0, highMs = 0, otherCpuShare = 0;
@@ -72,7 +72,7 @@ struct Variant {
 /// Returns whether a is faster than b: in the rounds in which both were timed, by kVerdictTie at
 /// least and with the whole interval of the ratio; without enough rounds, by more than half of the
 /// larger spread of both.
-bool isFaster(const Variant& a, const Variant& b) {
+bool isFaster(const MeasuredVariant& a, const MeasuredVariant& b) {
     if (!a.roundMs.empty() && a.roundMs.size() == b.roundMs.size()) {
         std::vector<double> ratios(a.roundMs.size());
         for (size_t i = 0; i < ratios.size(); ++i)
@@ -86,8 +86,9 @@ bool isFaster(const Variant& a, const Variant& b) {
 
 /// Returns the first of the variants that is faster than one with measured routes and has no more
 /// wrong pairs, or null. A warm one counts against warm ones alone.
-const Variant* fasterThanRoutes(const Variant& v, const std::vector<Variant>& variants) {
-    for (const Variant& other : variants)
+const MeasuredVariant* fasterThanRoutes(const MeasuredVariant& v,
+                                        const std::vector<MeasuredVariant>& variants) {
+    for (const MeasuredVariant& other : variants)
         if ((!other.isWarm || v.isWarm) && isFaster(other, v) &&
             other.wrongShare() <= v.wrongShare())
             return &other;
@@ -117,7 +118,7 @@ std::string percent(double share) {
     return formatted(share > 0 && share < 0.0001 ? "%.4f %%" : "%.2f %%", 100 * share);
 }
 
-std::string describe(const Variant& v) {
+std::string describe(const MeasuredVariant& v) {
     const int decimals = v.timeMs < 10 ? 2 : 1;
     std::string how; // one measurement has no spread
     if (v.repeatCount > 1)
@@ -132,9 +133,9 @@ std::string describe(const Variant& v) {
 /// The verdict on one scene.
 class SceneVerdict {
 public:
-    SceneVerdict(std::string scene, std::vector<Variant> variants)
+    SceneVerdict(std::string scene, std::vector<MeasuredVariant> variants)
         : scene_(std::move(scene)), variants_(std::move(variants)) {
-        for (const Variant& v : variants_)
+        for (const MeasuredVariant& v : variants_)
             sort(v);
         findCautions();
         trustClearlyFaster();
@@ -144,7 +145,7 @@ public:
         if (areAllSpread && !open_.empty())
             cautions_.push_back("every time varies by more than " + percent(kVerdictSpread) +
                                 " of its median");
-        for (const Variant& v : spread_)
+        for (const MeasuredVariant& v : spread_)
             distrust(v,
                      "the time varies by more than " + percent(kVerdictSpread) + " of its median",
                      percent(v.spreadMs() / v.timeMs));
@@ -153,7 +154,9 @@ public:
     }
 
     Json json() const {
-        const auto name = [](const Variant& v) { return v.label.empty() ? Json() : Json(v.label); };
+        const auto name = [](const MeasuredVariant& v) {
+            return v.label.empty() ? Json() : Json(v.label);
+        };
         return {{"scene", scene_},
                 {"use", name(use_)},
                 {"second", name(second_)},
@@ -183,13 +186,13 @@ public:
 
 private:
     /// Returns the time of the frame that drew the maps which a warm one finds; "" for a cold one.
-    std::string firstFrame(const Variant& v) const {
+    std::string firstFrame(const MeasuredVariant& v) const {
         const size_t at = v.label.find(" warm");
         if (at == std::string::npos)
             return "";
         std::string cold = v.label;
         cold.erase(at, 5);
-        for (const Variant& other : variants_)
+        for (const MeasuredVariant& other : variants_)
             if (other.label == cold)
                 return formatted(" (a later frame of the same view; the first takes %.1f ms)",
                                  other.timeMs);
@@ -198,14 +201,14 @@ private:
 
     /// Returns what the text calls a variant.
     std::string shownOf(const std::string& label) const {
-        for (const Variant& v : variants_)
+        for (const MeasuredVariant& v : variants_)
             if (v.label == label)
                 return v.shown;
         return label;
     }
 
     /// @param detail of this variant, in brackets; may be ""
-    void distrust(const Variant& v, const std::string& reason, const std::string& detail) {
+    void distrust(const MeasuredVariant& v, const std::string& reason, const std::string& detail) {
         notTrusted_.push_back({{"label", v.label}, {"reason", reason}, {"detail", detail}});
     }
 
@@ -233,7 +236,7 @@ private:
         return text.empty() ? text : text + ".";
     }
 
-    void sort(const Variant& v) {
+    void sort(const MeasuredVariant& v) {
         if (least_.label.empty() || v.wrongShare() < least_.wrongShare())
             least_ = v;
         if (v.wrongShare() > kVerdictWrongShare)
@@ -251,12 +254,13 @@ private:
     /// that do not vary: they are faster, however uncertain by how much.
     void trustClearlyFaster() {
         double fastestMs = std::numeric_limits<double>::infinity();
-        for (const Variant& v : open_)
+        for (const MeasuredVariant& v : open_)
             fastestMs = std::min(fastestMs, v.minMs);
         if (open_.empty())
             return; // nothing to be faster than
-        const auto rest = std::stable_partition(
-            spread_.begin(), spread_.end(), [&](const Variant& v) { return v.maxMs >= fastestMs; });
+        const auto rest =
+            std::stable_partition(spread_.begin(), spread_.end(),
+                                  [&](const MeasuredVariant& v) { return v.maxMs >= fastestMs; });
         for (auto v = rest; v != spread_.end(); ++v) {
             cautions_.push_back("the time of " + v->label + " varies by " +
                                 percent(v->spreadMs() / v->timeMs) +
@@ -269,8 +273,8 @@ private:
 
     /// Returns which variant with no more errors is faster than one with measured routes; "" if
     /// none is.
-    std::string fasterThan(const Variant& v) const {
-        const Variant* other = fasterThanRoutes(v, variants_);
+    std::string fasterThan(const MeasuredVariant& v) const {
+        const MeasuredVariant* other = fasterThanRoutes(v, variants_);
         return other == nullptr
                    ? ""
                    : "slower than " + other->shown + ", so its costs do not predict this frame";
@@ -279,7 +283,7 @@ private:
     void findCautions() {
         uint64_t pairs = UINT64_MAX, repeats = UINT64_MAX;
         double otherCpuShare = 0;
-        for (const Variant& v : variants_) {
+        for (const MeasuredVariant& v : variants_) {
             pairs = std::min(pairs, v.pairCount);
             repeats = std::min(repeats, v.repeatCount);
             otherCpuShare = std::max(otherCpuShare, v.otherCpuShare);
@@ -294,45 +298,44 @@ private:
     }
 
     /// Takes the best of the open variants out; one without a label if there is none.
-    Variant take() {
-        const auto fastest =
-            std::min_element(open_.begin(), open_.end(), [](const Variant& a, const Variant& b) {
-                return a.timeMs < b.timeMs;
-            });
+    MeasuredVariant take() {
+        const auto fastest = std::min_element(
+            open_.begin(), open_.end(),
+            [](const MeasuredVariant& a, const MeasuredVariant& b) { return a.timeMs < b.timeMs; });
         if (fastest == open_.end())
             return {};
         auto best = fastest;
         for (auto v = open_.begin(); v != open_.end(); ++v)
             if (!isFaster(*fastest, *v) && v->wrongShare() < best->wrongShare())
                 best = v;
-        Variant taken = *best;
+        MeasuredVariant taken = *best;
         open_.erase(best);
         return taken;
     }
 
     std::string scene_;
-    std::vector<Variant> variants_, open_, spread_;
-    Variant use_, second_, least_;
+    std::vector<MeasuredVariant> variants_, open_, spread_;
+    MeasuredVariant use_, second_, least_;
     Json notTrusted_ = Json::array();
     std::vector<std::string> cautions_;
 };
 
 /// Returns the variants of a scene in the order of the runs.
-std::vector<Variant> variantsOf(const Json& runs, const std::string& scene) {
-    std::vector<Variant> variants;
+std::vector<MeasuredVariant> variantsOf(const Json& runs, const std::string& scene) {
+    std::vector<MeasuredVariant> variants;
     for (const Json& run : runs) {
         if (run.at("scene") != scene || !run.contains("time_ms"))
             continue;
         const std::string label = run.at("label");
         auto found = std::find_if(variants.begin(), variants.end(),
-                                  [&](const Variant& v) { return v.label == label; });
+                                  [&](const MeasuredVariant& v) { return v.label == label; });
         if (found == variants.end())
-            found = variants.insert(variants.end(), Variant{.label = label});
+            found = variants.insert(variants.end(), MeasuredVariant{.label = label});
         found->add(run);
     }
-    for (Variant& v : variants)
+    for (MeasuredVariant& v : variants)
         v.finish();
-    for (Variant& v : variants)
+    for (MeasuredVariant& v : variants)
         if (v.needsCosts && fasterThanRoutes(v, variants) != nullptr)
             v.shown = measuredRoutesLabel(v.label);
     return variants;
@@ -353,7 +356,7 @@ std::vector<std::string> scenesOf(const Json& runs) {
 void nameMeasuredRoutes(Json& results) {
     Json& runs = results.at("runs");
     for (const std::string& scene : scenesOf(runs))
-        for (const Variant& v : variantsOf(runs, scene))
+        for (const MeasuredVariant& v : variantsOf(runs, scene))
             for (Json& run : runs)
                 if (v.shown != v.label && run.at("scene") == scene && run.at("label") == v.label)
                     run["shown_as"] = {{"label", v.shown},

@@ -2,6 +2,7 @@
 // Reads the rows of adjudications, and reports which tracers answer which pairs wrongly.
 #include "tools/report/csv.h"
 #include "tools/settings/console.h"
+#include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
 #include "tools/studies/adjudication.h"
 #include "tools/studies/cell_setup.h"

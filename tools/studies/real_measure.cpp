@@ -20,9 +20,9 @@ namespace shadowdag {
 
 namespace {
 
-constexpr size_t kListedPairCount = 8;      ///< number of unclassified errors that a cell lists
-constexpr uint32_t kNullSampleCount = 2000; ///< right pairs sampled in a frame
-constexpr uint64_t kLightSeed = 1;          ///< of placed lights
+constexpr size_t kRealListedPairCount = 8;      ///< number of unclassified errors that a cell lists
+constexpr uint32_t kRealNullSampleCount = 2000; ///< right pairs sampled in a frame
+constexpr uint64_t kLightSeed = 1;              ///< of placed lights
 
 Json jsonOf(const glm::vec3& v) {
     return {v.x, v.y, v.z};
@@ -37,7 +37,7 @@ public:
           name_(sceneStem(scene.argument)),
           workspace_(std::move(scene), {request.backend, known ? known->camera : std::string(),
                                         VoxelSource{{}, request.cacheDirectory, false}, &console}),
-          judge_(workspace_, 1, kNullSampleCount) {
+          judge_(workspace_, 1, kRealNullSampleCount) {
         workspace_.setTime(0.0f);
         camera_ = workspace_.camera();
     }
@@ -152,7 +152,7 @@ private:
                     ++names[failureNameText(failure)];
                     continue;
                 }
-                if (unnamed.size() >= kListedPairCount)
+                if (unnamed.size() >= kRealListedPairCount)
                     continue;
                 const uint32_t light = pairs.light[p];
                 const glm::vec3 position = inputs.gbuffer.positionWorld[sample],

@@ -19,7 +19,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr uint64_t kSeed = 1; ///< of placed lights
+constexpr uint64_t kScaleSeed = 1; ///< of placed lights
 /// The part of a frame's time that shadows take, as a stage.
 constexpr const char* kShadowStage = "shadows";
 
@@ -59,10 +59,11 @@ struct BaseScene {
 /// Returns the row's scene with lights: its own, or, if it has none, placed ones.
 BaseScene loadBase(const ScaleTable& table, const ScaleRow& row, const Console& console) {
     LoadedScene scene =
-        loadSceneAndWorld(row.scene, -1, kSeed, table.placedLightCount == 0, console);
+        loadSceneAndWorld(row.scene, -1, kScaleSeed, table.placedLightCount == 0, console);
     if (!scene.world->lights().empty())
         return {std::move(scene), false};
-    return {loadSceneAndWorld(row.scene, int(table.placedLightCount), kSeed, true, console), true};
+    return {loadSceneAndWorld(row.scene, int(table.placedLightCount), kScaleSeed, true, console),
+            true};
 }
 
 /// Replaces a scene's lights by placed ones, which a grown world would place elsewhere.
