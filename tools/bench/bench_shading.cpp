@@ -147,6 +147,8 @@ Json runShadingBench(const World& world, const Camera& camera, const ShadingBenc
         differing += shaded.differingCount(taps);
         lookups += shaded.lookupCount();
     }
+    const uint64_t lookupCount =
+        shaded.lookupCount(); // of the last; a run without any sets it to 0
     if (shaded.pairCount() == 0)
         throw Error(
             ErrorKind::kUsage,
@@ -169,16 +171,16 @@ Json runShadingBench(const World& world, const Camera& camera, const ShadingBenc
 
     Json rows = Json::array({rowOf("marking and colour", runs[0], nullptr, shaded.pairCount())});
     for (size_t t = 0; t < std::size(kTaps); ++t)
-        if (shaded.lookupCount() > 0)
+        if (lookupCount > 0)
             rows.push_back(
                 rowOf("lookup, " + std::to_string(kTaps[t]) + (kTaps[t] == 1 ? " tap" : " taps"),
-                      runs[t + 1], runs.data(), shaded.lookupCount()));
+                      runs[t + 1], runs.data(), lookupCount));
     SDAG_ASSERT(shaded.color().x >= 0.0f);
     return {{"bench", "shading"},
             {"width", options.width},
             {"height", options.height},
             {"pair_count", shaded.pairCount()},
-            {"lookup_count", shaded.lookupCount()},
+            {"lookup_count", lookupCount},
             {"repeat_count", options.repeats},
             {"thread_count", threadCount()},
             {"checks", {{"lookup_count", lookups}, {"differing_count", differing}}},
