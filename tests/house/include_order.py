@@ -63,6 +63,7 @@ THIRD_PARTY = {
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"muParser.*\.h": {"hybrid"},
     r"embree\d/.*": {"hybrid", "examples"},
+    r"BulletCollision/.*": {"examples"},
     r"nlohmann/.*": {"tools", "python"},
     r"CLI/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|X11/.*|imgui.*\.h|backends/imgui.*": {"tools"},
     r"epoxy/.*": {"gl", "tools"},

@@ -187,8 +187,11 @@ def test_animations():
     stated = {"time_over_embree": 1.5, "time_over_embree_low": 1, "time_over_embree_high": 2, "time_over_embree_confidence": 0.95}
     equal(animations.ratio_of(times | stated, rows), stated)
     lines = [line for line in animations.table({"sequence_times": [times, times | stated], "sequence_runs": rows}).splitlines() if line]
-    equal(lines[2:], ["| a | maps | 21 | 60 (4 to 60) | 2.00 (2.00 to 3.00, 87 %) | 4 | 6 of 2 M |",
-                      "| a | maps | 21 | 60 (4 to 60) | 1.50 (1.00 to 2.00) | 4 | 6 of 2 M |"])
+    equal(lines[2:], ["| a | maps | 21 | 60 (4 to 60) | 2.00 (2.00 to 3.00, 87 %) | 4 | 6 of 2 M | – |",
+                      "| a | maps | 21 | 60 (4 to 60) | 1.50 (1.00 to 2.00) | 4 | 6 of 2 M | – |"])
+    asked = {"adjudicated_count": 1100, "ambiguous_count": 1099, "proven_wrong_count": 1}
+    equal(animations.adjudicated([asked, asked]), "2 198, 2 of 2 200")
+    equal(animations.adjudicated([dict.fromkeys(asked, 0)]), "none")
 
 
 def test_times_of_a_pair():

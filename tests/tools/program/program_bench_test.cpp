@@ -115,7 +115,7 @@ TEST(ProgramBench, ShadingVerifiesEveryLookup) {
     const TemporaryDirectory directory;
     for (const char* scene : {"builtin:fail-self-shadow", "builtin:houses-by-day"}) {
         const ProgramResult result = runShadowdag(
-            directory, {"bench", "shading", scene, "--size", "64x36", "--repeats", "2", "--json"});
+            directory, {"bench", "shading", scene, "--size", "64x36", "--repeats", "1", "--json"});
         ASSERT_EQ(result.status, 0) << result.err;
         const Json json = result.json();
         EXPECT_TRUE(json["provenance"].contains("commit"));

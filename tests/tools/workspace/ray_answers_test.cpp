@@ -101,16 +101,28 @@ TEST(RayAnswers, TheScoreIsTheOneComputedByHand) {
     EXPECT_FALSE(row.contains("time_ms"));
 }
 
-TEST(TracerPlugin, EmbreesExampleAnswersTheSet) {
+void expectAnswersOf(const char* library, const char* name) {
     RaySet set = makeSmallRaySet();
     set.masks = {}; // plug-ins do not see masks, so the third square blocks
-    const TracerPlugin plugin(SDAG_EMBREE_TRACER);
-    EXPECT_EQ(plugin.name(), "Embree, robust");
+    const TracerPlugin plugin(library);
+    EXPECT_EQ(plugin.name(), name);
     const RayAnswers answers = plugin.answer(set, 3);
     EXPECT_EQ(answers.visibility, (std::vector<float>{0, 1, 1, 0}));
     EXPECT_EQ(answers.timeMs.size(), 3u);
     EXPECT_GE(answers.buildMs, 0.0);
     EXPECT_EQ(answers.setId, set.id());
+}
+
+TEST(TracerPlugin, EmbreesExampleAnswersTheSet) {
+    expectAnswersOf(SDAG_EMBREE_TRACER, "Embree, robust");
+}
+
+TEST(TracerPlugin, BulletsExampleAnswersTheSet) {
+#if defined(SDAG_BULLET_TRACER)
+    expectAnswersOf(SDAG_BULLET_TRACER, "Bullet");
+#else
+    GTEST_SKIP() << "built without Bullet (libbullet-dev)";
+#endif
 }
 
 TEST(TracerPlugin, LibrariesThatAreNoTracersAreRefused) {

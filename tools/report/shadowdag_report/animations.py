@@ -30,16 +30,24 @@ def ratio_of(times, rows):
     return {RATIO: statistics.median(ratios), f"{RATIO}_low": low, f"{RATIO}_high": high, f"{RATIO}_confidence": held}
 
 
+def adjudicated(rows):
+    """Returns what the adjudicator says of the wrong pairs of a configuration's frames; "–" where it was not asked."""
+    if not all("adjudicated_count" in row for row in rows):
+        return "–"
+    asked, ambiguous, proven = (sum(row[key] for row in rows) for key in ("adjudicated_count", "ambiguous_count", "proven_wrong_count"))
+    return "{}, {} of {}".format(*(f"{count:,}".replace(",", " ") for count in (ambiguous, proven, asked))) if asked else "none"
+
+
 def table(results):
     """Returns everything between the markers: one row for each scene and configuration."""
     lines = ["", "| scene | run | mean, ms | 99th percentile | over Embree's of the same frame and round, median (95 % interval) | n "
-             "| wrong pairs |", "|---|---|---:|---:|---:|---:|---:|"]
+             "| wrong pairs | of those that triangles decided: ambiguous, proven wrong |", "|---|---|---:|---:|---:|---:|---:|---|"]
     for times in results["sequence_times"]:
         rows = [row for row in results["sequence_runs"] if (row["scene"], row["label"]) == (times["scene"], times["label"])]
         wrong = sum(row["false_shadow_count"] + row["false_light_count"] for row in rows)
         ratio = ratio_of(times, results["sequence_runs"])
-        lines.append("| {} | {} | {:.0f} | {time_ms_p99:.0f} ({time_ms_p99_low:.0f} to {time_ms_p99_high:.0f}) | {} | {} | {} of {:.0f} M |".format(
+        lines.append("| {} | {} | {:.0f} | {time_ms_p99:.0f} ({time_ms_p99_low:.0f} to {time_ms_p99_high:.0f}) | {} | {} | {} of {:.0f} M | {} |".format(
             times["scene"].removeprefix("builtin:"), NAMES.get(times["label"], times["label"]), times["time_ms_mean"],
             interval_text(ratio, RATIO, 2) if ratio else "–", times["value_count"], f"{wrong:,}".replace(",", " "),
-            sum(row["pair_count"] for row in rows) / 1e6, **times))
+            sum(row["pair_count"] for row in rows) / 1e6, adjudicated(rows), **times))
     return "\n".join(lines) + "\n"
