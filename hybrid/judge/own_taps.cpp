@@ -12,8 +12,10 @@ namespace shadowdag {
 
 namespace {
 
-/// A depth within this part of a limit may lie on either side: floats of 1/z and of the limit.
+/// Of a limit: floats of 1/z and of the limit.
 constexpr double kDepthSlack = 0x1p-18;
+/// Of the lengths of two vectors: their product in floats.
+constexpr double kProductSlack = 0x1p-21;
 constexpr double kBorderTexels = 0x1p-12;
 
 /// A face: 2 a looks along +a, 2 a + 1 along -a; u runs along a + 1 and v along a + 2, modulo 3.
@@ -143,6 +145,7 @@ OwnTaps makeWindowTaps(const ShadowMapInfo& map, const glm::dvec3& position,
             const double rise = slopeX * (tap.x + 0.5 - x) + slopeY * (tap.y + 0.5 - y);
             tap.limit = place.z + std::max(rise + ownLift, acrossLift) +
                         double(bias.constantTexels) * texelDepth;
+            tap.slack = kDepthSlack * (std::fabs(tap.limit) + std::fabs(rise));
             tap.isLow = rise > low;
             own.isAtBorder |= std::fabs(rise - low) < kDepthSlack;
             own.taps.push_back(tap);
@@ -231,6 +234,11 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
             const double atPlane = height > 0.0 ? -glm::dot(normal, tap.centre) / lifted : 0.0;
             const double across = glm::dot(d, tap.centre) / apart;
             tap.limit = std::max(atPlane, across) / forgiven;
+            // Low over the plane its products cancel: their rounding is of all of d and the centre.
+            tap.slack = kDepthSlack * std::fabs(tap.limit);
+            if (height > 0.0 && atPlane > across)
+                tap.slack += kProductSlack * (std::sqrt(dd) / lifted * tap.limit +
+                                              glm::length(tap.centre) / lifted);
             tap.isLow = atPlane * low > across;
             own.isAtBorder |= low > 0.0 && std::fabs(atPlane * low - across) < kDepthSlack * across;
             own.taps.push_back(tap);
@@ -282,7 +290,7 @@ ShadowMapTrace ownTrace(const ShadowMapView& maps, uint32_t mapIndex, const OwnT
             const bool isCounted = takesLow || !tap.isLow || !w;
             trace.missingTapCount += !w;
             counted += isCounted ? tap.weight : 0.0;
-            if (!w || !isCounted || *w <= tap.limit * (1.0 - kDepthSlack) || *w <= nearest)
+            if (!w || !isCounted || *w <= tap.limit - tap.slack || *w <= nearest)
                 continue;
             nearest = *w;
             if (map.window.isDirectional()) {
@@ -309,7 +317,7 @@ glm::dvec2 ownVisibility(const ShadowMapView& maps, uint32_t mapIndex, const Own
     for (int i = 0; i < 2; ++i)
         range[i] = taps.visibility(
             [&](const OwnTap& tap) {
-                return *depthOf(tap) > tap.limit * (i == 0 ? 1.0 - kDepthSlack : 1.0 + kDepthSlack);
+                return *depthOf(tap) > tap.limit + (i == 0 ? -tap.slack : tap.slack);
             },
             [&](const OwnTap& tap) { return !depthOf(tap); });
     return range;

@@ -22,6 +22,7 @@ struct OwnTap {
     glm::dvec3 centre;
     double weight; ///< of all taps: 1
     double limit;  ///< 1/z, or w, at the receiver's planes, with the bias
+    double slack;  ///< a depth within this of the limit may lie on either side: rounding decides
     bool isLow;    ///< omitted: it tests another place
 };
 

@@ -6,6 +6,7 @@
 Ends with 5 if `shadowdag diff` finds something worse or missing in one of them, with 1 for a name that is not listed, and with the
 program's status where it cannot measure. `./do results` builds the program and runs this.
 """
+import json
 import pathlib
 import subprocess
 import sys
@@ -18,7 +19,7 @@ SIZE = ("--size", "640x360")
 
 
 def compare(experiment, *more):
-    return ("compare", "--experiment", f"scenes/experiments/{experiment}.json", *more, "--repeats", "1", "--warmups", "0", "--no-charts")
+    return ("compare", "--experiment", f"scenes/experiments/{experiment}.json", *more, "--no-charts")
 
 
 def study(kind):
@@ -41,8 +42,17 @@ LONGER = ({f"bench-raster-{scene}": bench("raster", f"builtin:{scene}") for scen
                  ("maps", ("--method", "maps")))})
 
 
+def timed_once(experiment, directory):
+    """Returns a copy of an experiment's file that renders every frame once for its time: no option may contradict the file."""
+    path = pathlib.Path(ROOT, experiment)
+    copy = pathlib.Path(directory) / path.name
+    copy.write_text(json.dumps(json.loads(path.read_text()) | {"repeats": 1, "warmups": 0}))
+    return str(copy)
+
+
 def measure(program, command, directory):
     """Runs a command; returns its status and the file or directory of its results."""
+    command = [timed_once(word, directory) if before == "--experiment" else word for before, word in zip(("", *command), command)]
     if command[-1] != "--json":
         output = pathlib.Path(directory) / "report"
         return subprocess.run([program, *command, "-o", output], cwd=ROOT, check=False).returncode, output

@@ -83,6 +83,22 @@ def of_main(results):
             f"in `crytek_sponza_half` {sponza['maps']['time_over_embree']:.2f}"]}
 
 
+def of_tracers(results):
+    """Tracers of others, from the ray sets of the main chart's scenes."""
+    pairs, wrong, times = 0, {}, {}
+    for path in sorted(results.glob("tracers-*.json")):
+        runs = json.loads(path.read_text())["runs"]
+        pairs += runs[0]["proven_count"]
+        for run in runs:
+            wrong[run["label"]] = wrong.get(run["label"], 0) + run["proven_wrong_count"]
+            times.setdefault(run["label"], []).append(run["time_ms"])
+    stated = [f"{wrong['Embree, robust']} answers of *Embree, robust* are proven wrong, of {pairs / 1e6:.1f} million"]
+    if "Bullet" in wrong:
+        ratios = [bullet / embree for bullet, embree in zip(times["Bullet"], times["Embree, robust"])]
+        stated += [f"{wrong['Bullet']} of *Bullet*", f"takes {span(ratios, '{:.0f}')} times as long"]
+    return {"docs/results.md": stated}
+
+
 def of_believe(results):
     scenes = by_label(results, "compare-believe.json")
     steps = ["dag believe none"] + [f"dag 4096^3 believe {step}" for step in ("0.5", "1", "2", "4", "8")]
@@ -350,7 +366,7 @@ def of_mechanisms(results):
 def prose_of(results):
     """Returns {document: texts} from the folder of committed results."""
     texts = {}
-    for part in (of_main, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_mechanisms):
+    for part in (of_main, of_tracers, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_mechanisms):
         for document, stated in part(results).items():
             texts.setdefault(document, []).extend(stated)
     return texts
