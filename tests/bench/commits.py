@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every committed result can be made again: the commit that it names is part of this history.
 
-    commits.py SOURCE_DIR      ends with 77, which is a skipped test, without git or where the history is not complete
+    commits.py SOURCE_DIR      ends with 77, which is a skipped test, without git or where the history is not that of the project
 """
 import json
 import pathlib
@@ -49,6 +49,9 @@ def main(root):
         return 1
     named = {path.name: commits_of(json.loads(path.read_text())) for path in pathlib.Path(root, "tests/bench/results").glob("*.json")}
     complaints = strangers(root, named)
+    if len(complaints) == sum(map(len, named.values())):
+        print("commits: none of the results is of this history, as in a copy of the files alone, so nothing was checked")
+        return SKIPPED
     print("\n".join(complaints + [f"commits: {len(named)} results, {len(complaints)} violations"]))
     return bool(complaints)
 
