@@ -31,7 +31,7 @@ def commits_of(value):
     return found | {provenance["commit"]} if isinstance(provenance, dict) and "commit" in provenance else found
 
 
-def strangers(root, named):
+def unknown_commits(root, named):
     """Returns a complaint for each commit that is not part of the history. named: by file, its commits"""
     known = {commit: git(root, "merge-base", "--is-ancestor", commit, "HEAD")[0] == 0 for commit in set().union(*named.values())}
     return [f"{name}: names the commit '{commit}', which is not in this history; measure it again"
@@ -44,11 +44,11 @@ def main(root):
         print("commits: no complete history, so nothing was checked")
         return SKIPPED
     head = git(root, "rev-parse", "--short=12", "HEAD")[1]
-    if len(strangers(root, {"planted.json": {head, "0" * 12}})) != 1:
+    if len(unknown_commits(root, {"planted.json": {head, "0" * 12}})) != 1:
         print("commits: the check itself is wrong")
         return 1
     named = {path.name: commits_of(json.loads(path.read_text())) for path in pathlib.Path(root, "tests/bench/results").glob("*.json")}
-    complaints = strangers(root, named)
+    complaints = unknown_commits(root, named)
     if len(complaints) == sum(map(len, named.values())):
         print("commits: none of the results is of this history, as in a copy of the files alone, so nothing was checked")
         return SKIPPED

@@ -42,7 +42,7 @@ protected:
         for (uint64_t n = 1;; n += stride, ++count) {
             const FailCall fail(function, n, error);
             try {
-                // What waits for the queue when the renderer is destroyed has nobody to tell.
+                // A wait in the renderer's destructor cannot report its error.
                 const FrameResult found = frame(Backend::kCuda, [&] {
                     EXPECT_FALSE(fail.wasReached())
                         << fail.reached() << " failed as call " << n << ", and nobody was told";

@@ -151,20 +151,21 @@ std::vector<Notice> judgeFrames(const MutantFrames& frames, const StudyRequest& 
                 const auto add = [&](const char* check, uint64_t count) {
                     found[{check, kMatrixMethodNames[m]}] += count;
                 };
-                add("picture", countWrongColors(workspace.world(), answers[role]));
-                if (role != 0)
+                if (role != 0) {
+                    add("picture", countWrongColors(workspace.world(), answers[role]));
                     continue;
-                add("pairs", countWrongPairs(workspace.world(), answers[role]));
-                add("samples", countWrongSamples(workspace.camera(), answers[role].gbuffer));
-                add("resolution", countWrongResolutions(answers[role]));
-                add("lookup", countWrongLookups(workspace.world(), answers[role]));
-                add("hidden", countHiddenSamples(workspace.truth(), workspace.camera(),
-                                                 answers[role].gbuffer));
-                const ErrorReport report = judge.judge(f, answers[role]);
-                add("belief", report.beyondBeliefCount);
-                add("level", report.coarserCellCount);
-                add("proven", adjudicate(workspace.world(), answers[role], report.exactWrongPairs)
-                                  .provenWrongCount);
+                }
+                const SelfChecks checks =
+                    checkFrame(workspace, answers[role], judge.judge(f, answers[role]));
+                add("pairs", checks.wrongListPairCount);
+                add("samples", checks.misplacedSampleCount);
+                add("hidden", checks.hiddenSampleCount);
+                add("resolution", checks.coarserMapCount);
+                add("lookup", checks.wrongLookupCount);
+                add("belief", checks.beyondBeliefCount);
+                add("level", checks.coarserCellCount);
+                add("proven", checks.exact.provenWrongCount);
+                add("picture", checks.wrongColorCount);
             }
             found[{"other way", kMatrixMethodNames[m]}] += countDifferences(answers[0], answers[1]);
         }
