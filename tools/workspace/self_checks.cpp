@@ -70,8 +70,8 @@ struct ViewFrame {
     uint32_t width, height;
 };
 
-} // namespace
-
+/// Returns how many pairs a frame lists that are none by the definition in docs/method.md, or
+/// lacks; where rounding decides, none.
 uint64_t countWrongPairs(const World& world, const PairResults& answers) {
     const GBufferView& gbuffer = answers.gbuffer;
     const PairList& pairs = answers.frame.pairs;
@@ -94,6 +94,7 @@ uint64_t countWrongPairs(const World& world, const PairResults& answers) {
     return wrong;
 }
 
+/// Returns how many samples are a twentieth of a pixel or more off the ray of their pixel.
 uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
     const ViewFrame view(camera, gbuffer);
     uint64_t wrong = 0;
@@ -109,6 +110,8 @@ uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
     return wrong;
 }
 
+/// Returns how many samples Embree does not see from the camera: a triangle lies before them on the
+/// ray of their pixel and on four rays a twentieth of a pixel beside it.
 uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer) {
     const ViewFrame view(camera, gbuffer);
     constexpr double kBeside = 0.05, kBefore = 1.0 - 1e-3; // pixels; of the distance
@@ -140,21 +143,7 @@ uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBuf
     return hidden;
 }
 
-uint64_t countWrongColors(const World& world, const PairResults& answers) {
-    const std::vector<glm::vec3> expected =
-        shadePairs(answers.gbuffer, world, answers.frame.pairs, answers.frame.visibility);
-    uint64_t wrong = 0;
-    for (size_t s = 0; s < expected.size(); ++s)
-        for (int c = 0; c < 3; ++c) {
-            const float is = answers.frame.color[s][c], should = expected[s][c];
-            if (!(std::fabs(is - should) <= 1e-4f * (std::fabs(is) + std::fabs(should)) + 1e-9f)) {
-                ++wrong;
-                break;
-            }
-        }
-    return wrong;
-}
-
+/// Returns how many maps have fewer texels than the frame's records ask for.
 uint64_t countWrongResolutions(const PairResults& answers) {
     uint64_t wrong = 0;
     size_t drawn = 0;
@@ -170,6 +159,9 @@ uint64_t countWrongResolutions(const PairResults& answers) {
     return wrong;
 }
 
+/// Returns how many pairs of maps have another visibility than the stored depths of a map of their
+/// light give, read by taps that are made in double (own_taps.h); where rounding chooses the
+/// texels, pairs are left out.
 uint64_t countWrongLookups(const World& world, const PairResults& answers) {
     const PairList& pairs = answers.frame.pairs;
     const ShadowMapView& maps = answers.method.maps;
@@ -192,6 +184,23 @@ uint64_t countWrongLookups(const World& world, const PairResults& answers) {
             const glm::dvec2 range = ownVisibility(maps, server.map(), taps);
             const double is = answers.frame.visibility[p] / 255.0;
             wrong += is < range.x - kRounding || is > range.y + kRounding;
+        }
+    return wrong;
+}
+
+} // namespace
+
+uint64_t countWrongColors(const World& world, const PairResults& answers) {
+    const std::vector<glm::vec3> expected =
+        shadePairs(answers.gbuffer, world, answers.frame.pairs, answers.frame.visibility);
+    uint64_t wrong = 0;
+    for (size_t s = 0; s < expected.size(); ++s)
+        for (int c = 0; c < 3; ++c) {
+            const float is = answers.frame.color[s][c], should = expected[s][c];
+            if (!(std::fabs(is - should) <= 1e-4f * (std::fabs(is) + std::fabs(should)) + 1e-9f)) {
+                ++wrong;
+                break;
+            }
         }
     return wrong;
 }

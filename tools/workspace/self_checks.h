@@ -11,25 +11,10 @@
 
 namespace shadowdag {
 
-/// Returns how many pairs a frame lists that are none by the definition in docs/method.md, or
-/// lacks; where rounding decides, none.
-uint64_t countWrongPairs(const World& world, const PairResults& answers);
-/// Returns how many samples are a twentieth of a pixel or more off the ray of their pixel.
-uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer);
 /// Returns how many pixels have another colour than their pairs give, beyond the rounding of a sum.
 uint64_t countWrongColors(const World& world, const PairResults& answers);
-/// Returns how many maps have fewer texels than the frame's records ask for.
-uint64_t countWrongResolutions(const PairResults& answers);
-/// Returns how many pairs of maps have another visibility than the stored depths of a map of their
-/// light give, read by taps that are made in double (own_taps.h); where rounding chooses the
-/// texels, pairs are left out.
-uint64_t countWrongLookups(const World& world, const PairResults& answers);
 
-/// Returns how many samples Embree does not see from the camera: a triangle lies before them on the
-/// ray of their pixel and on four rays a twentieth of a pixel beside it.
-uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer);
-
-/// All of these for one frame, and what its wrong pairs say of the method's promises.
+/// What is wrong with one frame, and what its wrong pairs say of the promises of its method.
 struct SelfChecks {
     uint64_t wrongListPairCount = 0, misplacedSampleCount = 0, hiddenSampleCount = 0,
              wrongLookupCount = 0, coarserMapCount = 0, wrongColorCount = 0;
