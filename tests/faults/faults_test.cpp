@@ -14,6 +14,7 @@
 #include <csignal>
 #include <iostream>
 #include <iterator>
+#include <set>
 #include <thread>
 
 namespace shadowdag {
@@ -462,7 +463,11 @@ void tryCommandsOfText(const std::vector<Arguments>& commands) {
         for (const auto& [call, most] : test::countCalls(directory, command)) {
             if (call == "read")
                 continue; // of its threads, which wait for signals
-            for (const long number : test::someNumbers(most, 12 * test::faultRounds(), random)) {
+            // The last are where the text is put together.
+            std::set<long> numbers = test::someNumbers(most, 12 * test::faultRounds(), random);
+            for (long last = std::max(1L, most - 40); last < most; ++last)
+                numbers.insert(last);
+            for (const long number : numbers) {
                 const std::string fault = call + ":" + std::to_string(number);
                 SCOPED_TRACE(command[0] + " " + fault);
                 const ProgramResult result =

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cctype>
 #include <iostream>
+#include <new>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 
 namespace shadowdag {
@@ -130,6 +132,31 @@ std::string repeatedOption(const CLI::App& app) {
     return "";
 }
 
+/// While it lives, notes whether an allocation fails: streams of the standard library catch
+/// std::bad_alloc and leave the rest of their text out.
+class AllocationWatch {
+public:
+    AllocationWatch() : before_(std::set_new_handler(onFailure)) { hasFailed = false; }
+    ~AllocationWatch() { std::set_new_handler(before_); }
+    AllocationWatch(const AllocationWatch&) = delete;
+    AllocationWatch& operator=(const AllocationWatch&) = delete;
+
+    /// Throws std::bad_alloc if one of this thread has failed.
+    void check() const {
+        if (hasFailed)
+            throw std::bad_alloc();
+    }
+
+private:
+    [[noreturn]] static void onFailure() {
+        hasFailed = true;
+        throw std::bad_alloc();
+    }
+
+    static inline thread_local bool hasFailed = false;
+    std::new_handler before_;
+};
+
 } // namespace
 
 struct Program::State {
@@ -193,7 +220,12 @@ void Program::run(int argc, const char* const* argv) {
     try {
         state_->app.parse(argc, argv);
     } catch (const CLI::Success& success) { // help or version was requested
-        state_->app.exit(success, std::cout, std::cerr);
+        const AllocationWatch watch;
+        std::ostringstream text;
+        state_->app.exit(success, text, std::cerr);
+        const std::string whole = text.str();
+        watch.check();
+        std::cout << whole;
         return;
     } catch (const CLI::ParseError& error) {
         std::string command, what;

@@ -186,7 +186,8 @@ private:
     std::thread thread_;
 };
 
-/// Passes text on with its control characters escaped, which names in it may contain.
+/// Passes text on with its control characters escaped, which names in it may contain. What `out`
+/// cannot write remains its own failure; only a lack of memory here is one of this buffer.
 class PrintableBuffer : public std::streambuf {
 public:
     explicit PrintableBuffer(std::ostream& out) : out_(out) {}
@@ -200,9 +201,13 @@ private:
     }
     std::streamsize xsputn(const char* text, std::streamsize count) override {
         const std::string shown = printable({text, size_t(count)});
-        return out_.write(shown.data(), std::streamsize(shown.size())) ? count : 0;
+        out_.write(shown.data(), std::streamsize(shown.size()));
+        return count;
     }
-    int sync() override { return out_.flush() ? 0 : -1; }
+    int sync() override {
+        out_.flush();
+        return 0;
+    }
 
     std::ostream& out_;
 };
@@ -264,6 +269,9 @@ std::ostream& Console::people() const {
     clearBar();
     static PrintableBuffer outBuffer(std::cout), errBuffer(std::cerr);
     static std::ostream out(&outBuffer), err(&errBuffer);
+    for (std::ostream* stream : {&out, &err})
+        stream->exceptions(
+            std::ios::badbit); // or a std::bad_alloc of the buffer would be swallowed
     return json_ ? err : out;
 }
 
