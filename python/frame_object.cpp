@@ -82,7 +82,7 @@ Object renderFrame(const std::shared_ptr<SceneObject>& scene, const py::dict& se
             workspace.dag(log2);
             run.resolution = 1u << log2;
         }
-        refuseDeepLods({run});
+        refuseLods({run});
         if (request.costs.table || request.costs.calibration)
             for (const std::string& remark : remarksOn(request.costs, {run}))
                 pythonConsole().note(remark);

@@ -29,7 +29,7 @@ void markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const L
 }
 
 bool ClusterRays::canStream(const RayOptions& options) {
-    return options.believesNone() || (options.lod == LodRule::kFixed && options.level == 0);
+    return options.believesNone() || !options.usesLevels();
 }
 
 void ClusterRays::setCluster(View<const uint32_t> samples) {

@@ -57,8 +57,7 @@ void checkOptions(const FrameOptions& options) {
     check(options.normalClusters <= kMaxNormalCellsPerEdge,
           "normal clustering by " + std::to_string(options.normalClusters) +
               " cells an edge; use 0 for none to " + std::to_string(kMaxNormalCellsPerEdge));
-    check(options.pruning != PairPruning::kLit ||
-              (options.rays.level == 0 && options.rays.lod == LodRule::kFixed),
+    check(options.pruning != PairPruning::kLit || !options.rays.usesLevels(),
           "proofs of light are valid for voxel rays of level 0 only; use them without a level of "
           "detail");
     check(options.bias.taps <= options.maps.taps,
@@ -72,6 +71,9 @@ void checkOptions(const FrameOptions& options) {
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
     check(options.rays.triangleRays == TriangleRays::kExact || options.rays.believesNone(),
           "Embree traces triangles, so rays by it believe no voxel; use --believe none");
+    check(!options.rays.usesLevels() || options.rays.believesAll() || options.rays.believesNone(),
+          "a bound on the displacement of shadows holds for voxels, not for the larger cells of a "
+          "level of detail; believe all with levels, or use level 0");
     check(options.rays.beamBytes == 0 || (options.rays.beamBytes >= BeamCache::kLeastBytes &&
                                           options.rays.beamBytes <= kMostBeamBytes),
           "memory for beams of " + std::to_string(options.rays.beamBytes) +

@@ -66,6 +66,8 @@ struct RayOptions {
     SDAG_HD bool asksExact() const {
         return !believesAll() && triangleRays == TriangleRays::kExact;
     }
+    /// Returns whether rays through voxels meet larger cells than voxels.
+    SDAG_HD bool usesLevels() const { return lod != LodRule::kFixed || level != 0; }
     /// Returns whether rays keep beams.
     SDAG_HD bool keepsBeams() const {
         return beamBytes != 0 && believesNone() && triangleRays == TriangleRays::kExact &&

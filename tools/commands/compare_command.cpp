@@ -286,7 +286,7 @@ void refuseUnmeasurable(const Experiment& e, const std::vector<RunParameters>& a
                         : "nothing to compare: \"methods\", \"thresholds\" and \"models\" select "
                           "no run");
     if (options.common.voxels.empty())
-        refuseDeepLods(asked);
+        refuseLods(asked);
     if (e.isSequence)
         refuseModelsOfCosts(asked);
 }
@@ -433,7 +433,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                 resolutions.push_back(1u << log2);
         const size_t fullCount =
             options.common.voxels.empty() ? experiment.resolutionLog2.size() : resolutions.size();
-        refuseDeepLods(configurations(experiment, resolutions, fullCount)); // of assets
+        refuseLods(configurations(experiment, resolutions, fullCount)); // of assets
         MeasureContext context;
         context.directory = partial;
         context.costs = costs.table ? &*costs.table : nullptr;

@@ -256,7 +256,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     if (models.runs.empty())
         throw Error(ErrorKind::kUsage, "--methods and --thresholds select no model");
     refuseUnusedOptions(costs, models.runs);
-    refuseDeepLods(models.runs);
+    refuseLods(models.runs);
     for (const std::string& remark : remarksOn(costs, models.runs))
         console.note(remark);
     FitMeasurer measurer(sweep, metric, objective, backend, options.common.cache, costs, console);

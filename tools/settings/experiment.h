@@ -152,8 +152,9 @@ Experiment experimentFromJson(const Json& json, const std::string& where);
 /// experiment.
 Json toJson(const Experiment& experiment);
 
-/// Throws Error kUsage for the first run whose level of detail its voxels do not have.
-void refuseDeepLods(const std::vector<RunParameters>& runs);
+/// Throws Error kUsage for the first run whose level of detail its voxels do not have, or whose
+/// voxels are believed to a displacement, which holds for no larger cells.
+void refuseLods(const std::vector<RunParameters>& runs);
 
 /// Returns thresholds, ascending, each of which routes a frame's maps in another way, and none as
 /// maps or rays alone do: at up to six quantiles of the requests, each the roundest number that

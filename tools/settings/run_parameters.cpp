@@ -85,8 +85,15 @@ std::string RunParameters::slug() const {
                                                                               : name;
 }
 
-void refuseDeepLods(const std::vector<RunParameters>& runs) {
-    for (const RunParameters& run : runs)
+void refuseLods(const std::vector<RunParameters>& runs) {
+    for (const RunParameters& run : runs) {
+        const RayOptions& rays = run.frame.rays;
+        if (run.usesRays() && rays.usesLevels() && !rays.believesAll() && !rays.believesNone())
+            throw Error(ErrorKind::kUsage,
+                        "'" + run.label() +
+                            "': a number for --believe bounds how far voxels displace a shadow, "
+                            "but with --lod rays meet larger cells; use --believe all, or drop "
+                            "--lod");
         if (run.usesVoxels() && run.frame.rays.lod == LodRule::kFixed && run.resolution > 0 &&
             (run.resolution >> run.frame.rays.level) == 0)
             throw Error(ErrorKind::kUsage, "--lod '" + std::to_string(run.frame.rays.level) +
@@ -94,6 +101,7 @@ void refuseDeepLods(const std::vector<RunParameters>& runs) {
                                                "^3 voxels have levels 0 to " +
                                                std::to_string(std::countr_zero(run.resolution)) +
                                                "; choose one of them, or a higher --resolution");
+    }
 }
 
 } // namespace shadowdag

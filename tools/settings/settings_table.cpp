@@ -546,7 +546,8 @@ std::vector<Setting> makeSettings() {
          .kind = "L",
          .help = "Level of detail of rays: L for cells of 2^L voxels; "
                  "footprint[:SCALE] for cells as wide as the pixel's ray; "
-                 "coverage[:SHARE[:SCALE]] for those of them that are covered to at least SHARE",
+                 "coverage[:SHARE[:SCALE]] for those of them that are covered to at least SHARE; "
+                 "with --believe all",
          .readBy = ReadBy::kVoxels,
          .form = JsonForm::kNumberOrText,
          .isList = true,

@@ -152,7 +152,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
         throw Error(ErrorKind::kUsage, "--variant '" + method.variant +
                                            "': a margin of routes is for sequences of "
                                            "frames; give several with --frames, or drop RH");
-    refuseDeepLods({run_});
+    refuseLods({run_});
     for (const std::string& remark : remarksOn(costs_, {run_}))
         console.note(remark);
     workspace_->renderer(run_);

@@ -261,12 +261,27 @@ TEST(Experiment, ALevelThatVoxelsDoNotHaveIsRefusedWithThoseTheyHave) {
     e.methods = {"dag", "maps"};
     e.believe = {kPaperBelieve, 0};
     e.lod = {LodChoice(6), LodChoice(7)};
-    EXPECT_NO_THROW(refuseDeepLods(configurations(e, {128}, 1)));
+    EXPECT_NO_THROW(refuseLods(configurations(e, {128}, 1)));
     try {
-        refuseDeepLods(configurations(e, {64}, 1));
+        refuseLods(configurations(e, {64}, 1));
         FAIL() << "was taken";
     } catch (const Error& error) {
         EXPECT_THAT(error.what(), HasSubstr("--lod '7': 64^3 voxels have levels 0 to 6"));
+    }
+}
+
+TEST(Experiment, ABoundedBeliefOfLevelsOfDetailIsRefused) {
+    Experiment e;
+    e.methods = {"dag"};
+    e.believe = {4};
+    e.lod = {LodChoice(0)};
+    EXPECT_NO_THROW(refuseLods(configurations(e, {64}, 1)));
+    e.lod = {LodChoice(3)};
+    try {
+        refuseLods(configurations(e, {64}, 1));
+        FAIL() << "was taken";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("--believe bounds how far voxels displace a shadow"));
     }
 }
 
