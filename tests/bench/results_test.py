@@ -25,7 +25,7 @@ def main():
         os.environ["CALLS"] = str(calls)
         for measured, differs, names, status, commands in (
                 (0, 0, [], 0, ["compare", "diff", "bench", "diff"]), (0, 5, [], 5, ["compare", "diff", "bench", "diff"]),
-                (3, 0, ["small"], 3, ["compare"]), (5, 0, ["mutants"], 0, ["study", "diff"]), (0, 1, ["small"], 1, ["compare", "diff"]),
+                (3, 0, ["small"], 3, ["compare"]), (5, 0, ["stability"], 0, ["study", "diff"]), (0, 1, ["small"], 1, ["compare", "diff"]),
                 (0, 0, ["nothing"], 1, [])):
             calls.write_text("")
             os.environ |= {"MEASURE": str(measured), "DIFF": str(differs)}

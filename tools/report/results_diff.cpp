@@ -92,11 +92,12 @@ Direction directionOf(const std::string& key) {
         if (has(text))
             return Direction::kNeither;
     for (const char* text :
-         {"false_shadow", "false_light", "unexplained", "unnamed",    "acne",         "contact",
-          "magnified",    "missing_tap", "flicker",     "error",      "rmse",         "flip",
-          "wrong",        "lost_count",  "too_far",     "mismatch",   "disagreement", "null_rate",
-          "differ",       "failed",      "ended_count", "lit_texels", "bytes",        "time_ms",
-          "time_over",    "cpu_s",       "ns_per_pair", "regret"})
+         {"false_shadow", "false_light",  "unexplained", "unnamed",    "acne",         "contact",
+          "magnified",    "missing_tap",  "flicker",     "error",      "rmse",         "flip",
+          "wrong",        "lost_count",   "too_far",     "mismatch",   "disagreement", "null_rate",
+          "differ",       "failed",       "ended_count", "lit_texels", "bytes",        "time_ms",
+          "time_over",    "cpu_s",        "ns_per_pair", "regret",     "hidden",       "misplaced",
+          "coarser",      "beyond_belief"})
         if (has(text))
             return Direction::kLessIsBetter;
     return Direction::kNeither;

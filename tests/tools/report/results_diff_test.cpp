@@ -146,6 +146,11 @@ TEST(ResultsDiff, PlantedChangesOfEveryKindAreFound) {
     constexpr PlantedChange kChanges[] = {
         {"tracers-atrium.json", "/runs/0/proven_wrong_count", 1, "worse"},
         {"tracers-atrium.json", "/runs/0/false_light_count", -1, "better"},
+        {"validate-atrium-maps.json", "/self_checks/hidden_sample_count", 500, "worse"},
+        {"validate-atrium-maps.json", "/self_checks/misplaced_sample_count", 1, "worse"},
+        {"validate-atrium-maps.json", "/self_checks/coarser_map_count", 1, "worse"},
+        {"validate-atrium-maps.json", "/self_checks/coarser_cell_count", 1, "worse"},
+        {"validate-atrium-maps.json", "/self_checks/beyond_belief_count", 1, "worse"},
         {"regret.json", "/scenes/1/frames/0/cost_drawn_map_count", 1, "changed"},
         {"calibration.json", "/frames/3/map_count", 1, "changed"},
         {"gpu.json", "/rays/0/nanovdb_difference_count", 1, "worse"},
