@@ -79,7 +79,7 @@ computePairResult(const VisibilityInputs& inputs, PairServer server, uint32_t li
 }
 
 /// Destination of recorded results, by pair; empty views: nothing is recorded. nextPair:
-/// sampleCount, the sample's first pair before, its last but one after; visibility, server:
+/// sampleCount, the sample's first pair before, one past its last after; visibility, server:
 /// pairCount.
 struct PairRecorder {
     View<uint32_t> nextPair;

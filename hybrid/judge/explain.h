@@ -43,7 +43,7 @@
 //     Embree's nearest to the receiver for a false light. The texel is that of the resolution that
 //     the map's clusters request, if the map has fewer (a full pool, a fault): a map that is
 //     coarser than the equation asks does not excuse itself. One that has more, since allocation
-//     rounds up, is held to what it has.
+//     rounds up, is held to what it has; so is the window of a sun, whose size no equation asks.
 //
 // Settled (not explained by any of the 32; still counted as unexplained): there is stronger
 // evidence than a nearby ray that agrees.

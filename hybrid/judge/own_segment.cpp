@@ -65,8 +65,11 @@ OwnSegment makeOwnSegment(const RayInputs& inputs, const ShadowPair& pair) {
                                              cell * (4.0 + 2.0 * offset))
                            : own.lightVoxel;
 
-    const double scale = std::max({double(grid.resolution()), largest(sample), largest(light)});
-    const double rounding = 0x1p-19 * scale + 0x1p-21 * largest(position) / voxel;
+    const double scale =
+        std::max({double(grid.resolution()), largestMagnitude(sample), largestMagnitude(light)});
+    // As the method documents (shadow_segment_leaf.h), written apart: twice the margin of its tests
+    // of voxels, and the rounding of the sample's floats.
+    const double rounding = 0x1p-19 * scale + 0x1p-21 * largestMagnitude(position) / voxel;
     const double lift =
         offset * (std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z)) * (cell + rounding);
     const glm::dvec3 start = sample + n * lift, way = light - start;

@@ -17,7 +17,7 @@ namespace shadowdag {
 constexpr double kSqrt3 = 1.7320508075688772;
 
 /// Returns the largest coordinate, without its sign.
-inline double largest(const glm::dvec3& v) {
+inline double largestMagnitude(const glm::dvec3& v) {
     return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 

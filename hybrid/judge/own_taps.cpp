@@ -122,7 +122,7 @@ OwnTaps makeWindowTaps(const ShadowMapInfo& map, const glm::dvec3& position,
     const double slopeX = slopeAlong(window.u), slopeY = slopeAlong(window.v);
     const double rounding =
         0x1p-20 * perWorld *
-        (largest(glm::abs(position) + glm::abs(glm::dvec3(map.lightPositionWorld))) +
+        (largestMagnitude(glm::abs(position) + glm::abs(glm::dvec3(map.lightPositionWorld))) +
          double(map.rangeWorld));
     const double acrossLift = rounding + 0x1p-22;
     double ownLift = acrossLift;
@@ -200,7 +200,7 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
         own.isAtBorder |= z - std::fabs(d[other]) < kBorderTexels * z / n;
 
     // The planes: limits of 1/z along (u, v, 1), as the head of lookupVisibility derives them.
-    const double rounding = 0x1p-22 * largest(position) + 0x1p-20 * largest(d);
+    const double rounding = 0x1p-22 * largestMagnitude(position) + 0x1p-20 * largestMagnitude(d);
     const double forgiven = 1.0 - std::min(2.0 * double(bias.constantTexels) / n, 0.5);
     const double height = -glm::dot(normal, d);
     const double exact = std::max(height - rounding, 0.5 * height);
@@ -236,11 +236,15 @@ OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
             tap.limit = std::max(atPlane, across) / forgiven;
             // Low over the plane its products cancel: their rounding is of all of d and the centre.
             tap.slack = kDepthSlack * std::fabs(tap.limit);
-            if (height > 0.0 && atPlane > across)
-                tap.slack += kProductSlack * (std::sqrt(dd) / lifted * tap.limit +
-                                              glm::length(tap.centre) / lifted);
+            const double planeSlack =
+                height > 0.0 ? kProductSlack * (std::sqrt(dd) / lifted * std::fabs(atPlane) +
+                                                glm::length(tap.centre) / lifted)
+                             : 0.0;
+            if (atPlane > across)
+                tap.slack += planeSlack / forgiven;
             tap.isLow = atPlane * low > across;
-            own.isAtBorder |= low > 0.0 && std::fabs(atPlane * low - across) < kDepthSlack * across;
+            own.isAtBorder |= low > 0.0 && std::fabs(atPlane * low - across) <
+                                               kDepthSlack * across + low * planeSlack;
             own.taps.push_back(tap);
         }
     return own;

@@ -3,7 +3,6 @@
 #include "tools/studies/mutants.h"
 #include "tools/studies/stability.h"
 
-#include "hybrid/judge/explain.h"
 #include "tools/workspace/judge.h"
 #include "tools/workspace/self_checks.h"
 

@@ -90,7 +90,7 @@ Adjudication adjudicate(const World& world, const PairResults& answers,
     return result;
 }
 
-std::vector<uint64_t> exactWrongPairs(const PairResults& answers,
+std::vector<uint64_t> wrongPairsOfExactRays(const PairResults& answers,
                                       const std::vector<uint8_t>& truthVisibility) {
     std::vector<uint64_t> wrong;
     if (answers.method.rays.options.believesNone())

@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -82,8 +81,8 @@ Adjudication adjudicate(const World& world, const PairResults& answers,
 
 /// Returns the pairs that a frame's triangles decided and the truth answers the other way: of rays
 /// that believe no voxel, without those of maps and proofs.
-std::vector<uint64_t> exactWrongPairs(const PairResults& answers,
-                                      const std::vector<uint8_t>& truthVisibility);
+std::vector<uint64_t> wrongPairsOfExactRays(const PairResults& answers,
+                                            const std::vector<uint8_t>& truthVisibility);
 
 /// Judges frames of one workspace. A frame is identified by a number that the caller chooses:
 /// another view or time of the world needs another number.

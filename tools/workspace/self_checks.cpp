@@ -110,8 +110,9 @@ uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
     return wrong;
 }
 
-/// Returns how many samples Embree does not see from the camera: a triangle lies before them on the
-/// ray of their pixel and on four rays a twentieth of a pixel beside it.
+/// Returns how many samples Embree does not see from the camera: a triangle lies before them, by at
+/// least a thousandth of their depth, on the ray of their pixel and on four rays a twentieth of a
+/// pixel beside it. Of the background, which begins at the far plane, too.
 uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer) {
     const ViewFrame view(camera, gbuffer);
     constexpr double kBeside = 0.05, kBefore = 1.0 - 1e-3; // pixels; of the distance
@@ -121,10 +122,10 @@ uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBuf
     cpuParallelRanges(gbuffer.count(), 1024, [&](size_t begin, size_t end) {
         uint64_t count = 0;
         for (size_t s = begin; s < end; ++s) {
-            if (gbuffer.triangle[s] == kBackground)
-                continue;
             const double depth =
-                glm::dot(glm::dvec3(gbuffer.positionWorld[s]) - view.eye, view.forward);
+                gbuffer.triangle[s] == kBackground
+                    ? double(camera.zfar)
+                    : glm::dot(glm::dvec3(gbuffer.positionWorld[s]) - view.eye, view.forward);
             TruthRay rays[std::size(kPlaces)];
             uint8_t blocked[std::size(kPlaces)];
             for (size_t i = 0; i < std::size(kPlaces); ++i) {

@@ -241,10 +241,11 @@ private:
             throw std::logic_error("the pairs of " + player.run.label() +
                                    " differ from those of the truth");
         Json json = confusionJson(pairs, result.visibility, truthVisibility);
-        if (player.run.usesTriangles() || player.run.usesEmbree())
-            json.update(
-                adjudicate(workspace_.world(), answers, exactWrongPairs(answers, truthVisibility))
-                    .json());
+        if (player.options.rays.believesNone() &&
+            (player.run.usesTriangles() || player.run.usesEmbree()))
+            json.update(adjudicate(workspace_.world(), answers,
+                                   wrongPairsOfExactRays(answers, truthVisibility))
+                            .json());
         json.update(toJson(result.counts));
         uint64_t computations = result.counts.provenPairCount;
         for (const MapRecord& map : result.maps)

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <random>
 
 namespace shadowdag {
@@ -70,7 +71,7 @@ TEST(OwnSegment, EqualsWhatTheMethodDoes) {
                 return v / length;
         }
     };
-    int bent = 0;
+    int bent = 0, levelCount = 0;
     for (int i = 0; i < 4000; ++i) {
         RayInputs inputs = inputsOf(6 + uint32_t(i % 7), 0.01 * std::exp2(3.0 * double(unit(rng))));
         const VoxelGrid& grid = inputs.dag.grid;
@@ -93,25 +94,37 @@ TEST(OwnSegment, EqualsWhatTheMethodDoes) {
                                                    pair.normalWorld);
         const float reach = pair.isDirectional ? 100.0f : std::exp2(4.0f * unit(rng) - 3.0f);
         pair.lightWorld = pair.positionWorld + towards * reach * side;
-        if (pair.isDirectional)
-            inputs.options.lod = LodRule::kFixed;
-        const PairSegment asked = pairSegment(inputs, pair);
+        const uint32_t asked = std::bit_cast<uint32_t>(std::exp2(8.0f + 8.0f * unit(rng)));
+        if (i % 3 != 0) // texels of the pair's light
+            inputs.detail.resolutionSquaredBits = {&asked, 1};
+        const PairSegment method = pairSegment(inputs, pair);
         const OwnSegment own = makeOwnSegment(inputs, pair);
-        ASSERT_EQ(own.startLevel, asked.startLevel) << i;
+        ASSERT_EQ(own.startLevel, method.startLevel) << i;
         const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
             return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
                    grid.voxelSizeWorld;
         };
-        const double slack = 1e-3 * double(1u << asked.startLevel) * grid.voxelSizeWorld;
-        const double start = moved(asked.segment.from, pair.positionWorld);
+        const double slack = 1e-3 * double(1u << method.startLevel) * grid.voxelSizeWorld;
+        const double start = moved(method.segment.from, pair.positionWorld);
         ASSERT_NEAR(own.startOffsetWorld, start, slack) << i;
         if (!pair.isDirectional) {
-            const double end = moved(asked.segment.to, pair.lightWorld);
+            const double end = moved(method.segment.to, pair.lightWorld);
             ASSERT_NEAR(own.endOffsetWorld, end, slack + 1e-6 * end) << i;
         }
-        bent += glm::dot(glm::dvec3(asked.segment.to - asked.segment.from),
+        if (inputs.options.lod != LodRule::kFixed) { // no cell that stops the ray is coarser
+            const LodTimes times = footprintLodTimes(grid, method.segment, method.footprint);
+            const glm::dvec3 from(method.segment.from), to(method.segment.to);
+            for (uint32_t level = 0; level <= times.top; ++level)
+                for (const float t : {times.begin[level], times.end[level]}) {
+                    ASSERT_LE(level, own.coarsestLevelAt(from + (to - from) * double(t), 0.0))
+                        << i << " at " << t;
+                    ++levelCount;
+                }
+        }
+        bent += glm::dot(glm::dvec3(method.segment.to - method.segment.from),
                          glm::dvec3(pair.normalWorld)) < 1e-3;
     }
+    EXPECT_GT(levelCount, 1000);
     EXPECT_GT(bent, 10) << "no ray would have fallen under its plane: the test shows less";
 }
 

@@ -5,10 +5,13 @@
 #include "cuda/error.h"
 #include "tests/tools/workspace/sliding_scene.h"
 #include "tools/workspace/reevaluate_pairs.h"
+#include "tools/workspace/self_checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include <numeric>
 
 namespace shadowdag {
 
@@ -66,6 +69,48 @@ TEST_F(JudgeTest, CountsAreThoseOfTheErrorAnalysis) {
     EXPECT_EQ(counted.falseShadowCount, report.total.falseShadowCount);
     EXPECT_EQ(counted.falseLightCount, report.total.falseLightCount);
     EXPECT_EQ(counted.meanAbsVisibilityError(), report.total.meanAbsVisibilityError());
+}
+
+TEST_F(JudgeTest, SurfacesThatAreLostBeforeTheBackgroundAreHiddenSamples) {
+    options_.rays.believe = 0.0f;
+    PairResults answers = render("texels:inf");
+    Judge judge(workspace_);
+    const ErrorReport report = judge.judge(0, answers);
+    EXPECT_EQ(checkFrame(workspace_, answers, report).text(), "");
+    std::vector<uint32_t> triangles(answers.gbuffer.triangle.data,
+                                    answers.gbuffer.triangle.data + answers.gbuffer.count());
+    uint64_t lost = 0;
+    for (size_t s = 0; s < triangles.size(); s += 3)
+        if (triangles[s] != kBackground) {
+            triangles[s] = kBackground;
+            ++lost;
+        }
+    ASSERT_GT(lost, 100u);
+    answers.gbuffer.triangle = viewOf(triangles);
+    const SelfChecks checks = checkFrame(workspace_, answers, report);
+    EXPECT_LE(checks.hiddenSampleCount, lost);
+    EXPECT_GE(checks.hiddenSampleCount, lost * 9 / 10); // not of surfaces' edges
+}
+
+TEST_F(JudgeTest, TheAdjudicatorIsAskedAboutEvenlySpacedPairsOfMany) {
+    options_.width = 384;
+    options_.height = 256;
+    options_.rays.believe = 0.0f;
+    PairResults answers = render("texels:inf");
+    std::vector<uint64_t> all(answers.frame.pairs.count());
+    std::iota(all.begin(), all.end(), uint64_t(0));
+    ASSERT_GT(all.size(), 2 * Adjudication::kMostAsked);
+    const Adjudication right = adjudicate(workspace_.world(), answers, all);
+    EXPECT_EQ(right.provenWrongCount, 0u);
+    for (uint8_t& visibility : answers.frame.visibility)
+        visibility = visibility < kHalfLit ? kLit : uint8_t(0);
+    const Adjudication wrong = adjudicate(workspace_.world(), answers, all);
+    EXPECT_LE(wrong.askedCount, Adjudication::kMostAsked);
+    EXPECT_GT(wrong.askedCount, Adjudication::kMostAsked / 2);
+    EXPECT_EQ(wrong.ambiguousCount, right.ambiguousCount);
+    EXPECT_EQ(wrong.provenWrongCount + wrong.ambiguousCount, wrong.askedCount);
+    EXPECT_LT(wrong.ambiguousCount, wrong.askedCount / 100);
+    EXPECT_EQ(adjudicate(workspace_.world(), answers, {all.back()}).askedCount, 1u);
 }
 
 TEST_F(JudgeTest, TheTruthIsComputedOncePerFrame) {
