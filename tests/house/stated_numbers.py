@@ -5,7 +5,7 @@ import re
 
 # What measured numbers are numbers of. "x", "at 4096^3" and the sizes of pictures name settings, not results.
 UNITS = ("%|ms|s|ns|µs|KiB|MiB|GiB|MB|GB|bytes?|bits?|million|thousand|M|times|pairs|scenes|frames|triangles|answers|checks|texels|rays|cells|"
-         "minutes|seconds")
+         "minutes|seconds|false lights?|false shadows?|wrong pairs")
 ONE = r"\d[\d.,]*(?: \d{3})*"
 NUMBER = re.compile(rf"(?<![\w.^-]){ONE}(?: (?:to|of|and|against|/) {ONE})* ?(?:{UNITS})(?![\w/^])")
 GENERATED = re.compile(r"<!-- ([\w -]+):begin -->.*?<!-- \1:end -->", re.DOTALL)

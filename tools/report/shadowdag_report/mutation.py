@@ -8,7 +8,7 @@ With --check nothing is written, and the file is refused when it differs from th
 from .files import expecting, read_json, replace_marked
 
 BEGIN, END = "<!-- mutants:begin -->", "<!-- mutants:end -->"
-HEADINGS = ("Fault", "What is wrong", "Noticed by", "By validate", "In rows", "Wrong pairs more", "Explained away, %")
+HEADINGS = ("Fault", "What is wrong", "Noticed by", "By validate", "In rows", "Additional wrong pairs", "Explained away, %")
 NONE = "none"
 SELF_CHECKS = ("pairs", "samples", "hidden", "picture", "resolution", "lookup", "belief", "level", "proven")
 
