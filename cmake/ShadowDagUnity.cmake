@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # SDAG_UNITY: the files of a library are compiled together, up to 32 at a time. Headers, of which JSON's alone take four
-# seconds, are then read and instantiated once for 32 files; such a compiler takes a GiB. Names in anonymous namespaces
+# seconds, are then read and instantiated once for 32 files; each compiler process then needs 1 GiB. Names in anonymous namespaces
 # must therefore be unique within a library.
 set(SDAG_UNITY_SIZE 32)
 # Files that share such names, as the built-in scenes share their Materials, those that register passes, and the one
@@ -27,7 +27,7 @@ function(sdag_unite target)
     endif()
     list(APPEND united ${source})
   endforeach()
-  # Groups of equal size: none of few files that reads all headers for them.
+  # Groups of equal size, so that no small group reads all headers again.
   list(LENGTH united count)
   math(EXPR groupCount "(${count} + ${SDAG_UNITY_SIZE} - 1) / ${SDAG_UNITY_SIZE}")
   set(number 0)

@@ -87,9 +87,8 @@ public:
         const Cores now = all();
         return std::max(0.0, now.busyS - before_.busyS - threadsS_ - (now.selfS - before_.selfS));
     }
-    /// Returns the seconds for which one of the threads waited for a core, and those that other
-    /// guests took from them: as large a share as of all that ran.
-    double withoutCoreS() {
+    /// Returns the seconds for which one of the threads waited for a core.
+    double waitedS() {
         std::sort(intervals_.begin(), intervals_.end());
         double result = 0;
         Clock::time_point end = begin_;
@@ -98,10 +97,15 @@ public:
                 result += std::chrono::duration<double>(last - std::max(first, end)).count();
                 end = last;
             }
+        return result;
+    }
+    /// Returns the seconds that other guests took from the threads: as large a share as of all that
+    /// ran.
+    double stolenS() const {
         const Cores now = all();
         const double stolenS = now.stolenS - before_.stolenS,
                      ranS = now.busyS - before_.busyS - stolenS;
-        return result + (ranS > 0 ? threadsS_ * stolenS / ranS : 0);
+        return ranS > 0 ? threadsS_ * stolenS / ranS : 0;
     }
 
 private:
@@ -147,11 +151,14 @@ private:
 struct EndBySignal {
     int status = -1;    ///< exit status; 128 + signal when killed, by SIGKILL after half a minute
     double seconds = 0; ///< how soon it ended on an idle machine
-    double wallSeconds = 0, otherSeconds = 0; ///< how soon it ended here; core seconds of others
+    double wallSeconds = 0, otherSeconds = 0;    ///< how soon it ended here; core seconds of others
+    double waitedSeconds = 0, stolenSeconds = 0; ///< its own without a core: by others, by guests
 };
 
 inline std::ostream& operator<<(std::ostream& out, const EndBySignal& end) {
-    return out << end.wallSeconds << " s here, where others used " << end.otherSeconds << " s";
+    return out << end.wallSeconds << " s here, where others used " << end.otherSeconds
+               << " s; it waited for a core for " << end.waitedSeconds
+               << " s, and other guests took " << end.stolenSeconds << " s from it";
 }
 
 /// Sends a signal to a child and waits for its end. On an idle machine its seconds are those of the
@@ -172,7 +179,10 @@ inline EndBySignal endBySignal(pid_t child, int signal) {
             kill(child, SIGKILL);
     }
     result.otherSeconds = use.otherS();
-    result.seconds = result.wallSeconds - std::min(use.withoutCoreS(), result.otherSeconds);
+    result.waitedSeconds = use.waitedS();
+    result.stolenSeconds = use.stolenS();
+    result.seconds = result.wallSeconds -
+                     std::min(result.waitedSeconds + result.stolenSeconds, result.otherSeconds);
     result.status = waitForProgram(child);
     return result;
 }

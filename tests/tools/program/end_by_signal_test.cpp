@@ -46,7 +46,7 @@ TEST(EndBySignal, OnBusyMachinesASleepCountsInFull) {
     const BusyMachine busy;
     const test::EndBySignal end = endOfShell("", "sleep 0.8");
     EXPECT_EQ(end.status, 5);
-    EXPECT_GT(end.seconds, 0.7);
+    EXPECT_GT(end.seconds, 0.7) << end;
     EXPECT_LE(end.seconds, end.wallSeconds);
 }
 
@@ -54,8 +54,8 @@ TEST(EndBySignal, OnBusyMachinesTimeWithoutACoreDoesNotCount) {
     const BusyMachine busy;
     const test::EndBySignal end = endOfShell("", "for ((i = 0; i < 100000; ++i)); do :; done");
     EXPECT_EQ(end.status, 5);
-    EXPECT_GT(end.seconds, 0.02);
-    EXPECT_LT(end.seconds, 0.7 * end.wallSeconds);
+    EXPECT_GT(end.seconds, 0.02) << end;
+    EXPECT_LT(end.seconds, 0.7 * end.wallSeconds) << end;
 }
 
 // A machine that is not idle only because of what is measured excuses nothing.
@@ -65,7 +65,7 @@ TEST(EndBySignal, TimeThatItTakesFromItselfCounts) {
                    "sleep 0.8; kill $(jobs -p)");
     EXPECT_EQ(end.status, 5);
     EXPECT_GT(end.wallSeconds, 0.75);
-    EXPECT_GE(end.seconds, end.wallSeconds - end.otherSeconds);
+    EXPECT_GE(end.seconds, end.wallSeconds - end.otherSeconds) << end;
 }
 
 } // namespace
