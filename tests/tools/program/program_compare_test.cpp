@@ -358,7 +358,7 @@ TEST(Compare, AResumedRunMeasuresAgainWhatLostItsPictures) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report", journal = report + "/partial/journal.json";
     Arguments arguments = tinyCompare(report, kAtrium);
-    arguments.insert(arguments.end(), {"--frames", "0:9"});
+    arguments.insert(arguments.end(), {"--frames", "0:5"});
     const pid_t child = startProgram(directory, arguments, directory / "out", directory / "err");
     for (int i = 0; i < 3000 && readText(journal).find("/times") == std::string::npos; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -313,8 +313,9 @@ TEST_P(SavedView, IsRenderedAgainByCompare) {
         EXPECT_TRUE(std::filesystem::exists(saved[file].get<std::string>())) << file;
 
     const std::string report = view.directory / "report";
-    const ProgramResult compared = runShadowdag(
-        view.directory, {"compare", "--experiment", saved["experiment"], "-o", report, "--json"});
+    const ProgramResult compared =
+        runShadowdag(view.directory, {"compare", "--experiment", saved["experiment"], "-o", report,
+                                      "--json", "--no-charts"});
     ASSERT_EQ(compared.status, 0) << compared.err;
     const Json results = Json::parse(readText(report + "/results.json"));
     bool isFound = false;
