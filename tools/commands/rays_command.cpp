@@ -84,6 +84,8 @@ void writeRows(const RaysOptions& options, const Json& results, const Console& c
         package.writePage("tracers", options.output);
 }
 
+constexpr const char* kMasksRemark = "masks cut triangles of this scene, which plug-ins do not see";
+
 void score(const RaysOptions& options, const RaySet& set, const Console& console) {
     const auto repeats = uint32_t(parseInteger("--repeats", options.repeats, 1, 1000));
     const CpuUse use;
@@ -95,8 +97,7 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
         const auto step = console.step("answers of " + plugin.name());
         all.push_back(plugin.answer(set, repeats));
         if (!set.masks.cuts.empty())
-            console.note(plugin.name() +
-                         ": masks cut triangles of this scene, which plug-ins do not see");
+            console.note(plugin.name() + ": " + kMasksRemark);
     }
     for (auto answers = all.begin(); answers != all.end(); ++answers)
         if (std::any_of(all.begin(), answers,
@@ -115,9 +116,12 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
     {
         const auto step = console.step("the truth and the adjudicator");
         const RaySetTruth truth = judgeRaySet(set);
-        for (const RayAnswers& answers : all)
-            results[answers.timeMs.empty() ? "untimed_runs" : "runs"].push_back(
-                scoreRow(set, truth, answers));
+        for (size_t i = 0; i < all.size(); ++i) {
+            Json row = scoreRow(set, truth, all[i]);
+            if (i >= options.answers.size() && !set.masks.cuts.empty())
+                row["warning"] = kMasksRemark;
+            results[all[i].timeMs.empty() ? "untimed_runs" : "runs"].push_back(std::move(row));
+        }
     }
     results["other_cpu_share"] = otherShare;
     if (const std::string busy = busyRemark(otherShare); !busy.empty() && !options.tracers.empty())

@@ -96,14 +96,35 @@ void printReport(std::ostream& out, const ErrorReport& report, const FrameCounts
             printCounts(out, std::to_string(light), report.perLight[light]);
     printCounts(out, "all", report.total);
     out << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
-        << " right results that the 32 rays which explain errors would flip";
+        << " draws of right results that the 32 rays which explain errors would flip";
     if (report.outlineNullSampleCount > 0)
         out << "; " << report.outlineNullRate << " of " << report.outlineNullSampleCount
             << " near outlines, which the explained share is to be compared with";
     out << "\n";
+    const ErrorCounts& total = report.total;
+    const uint64_t wrong = total.falseShadowCount + total.falseLightCount;
+    if (wrong > 0) {
+        const uint64_t explained = wrong - total.unexplainedFalseShadowCount -
+                                   total.unexplainedFalseLightCount - total.acneCount -
+                                   total.contactCount - total.magnifiedCount;
+        const double share = double(explained) / double(wrong);
+        char text[160];
+        std::snprintf(text, sizeof text, "explained: %.1f %% of %llu wrong pairs", 100.0 * share,
+                      static_cast<unsigned long long>(wrong));
+        out << text;
+        if (report.outlineNullSampleCount > 0) {
+            std::snprintf(text, sizeof text,
+                          "; of right pairs near outlines %.1f %% would be explained as well%s",
+                          100.0 * report.outlineNullRate,
+                          report.outlineNullRate > 0.5 || share <= report.outlineNullRate
+                              ? ": explaining has no power here"
+                              : "");
+            out << text;
+        }
+        out << "\n";
+    }
     if (const std::string note = poolNote(counts); !note.empty())
         out << note << "; enlarge it with --pool\n";
-    const ErrorCounts& total = report.total;
     if (const uint64_t settled = total.settledFalseShadowCount + total.settledFalseLightCount)
         out << "of the unexplained, " << settled
             << " are settled: " << settled - total.tapSettledCount
@@ -189,6 +210,11 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
             json["camera"] = experiment.viewCamera(view);
         total.add(report.total);
         views.push_back(std::move(json));
+    }
+    if (experiment.viewCount > 1) {
+        console.people() << experiment.viewCount << " views together\n";
+        printHeader(console.people());
+        printCounts(console.people(), "all", total);
     }
     Json json = frames.reproduction();
     json["scene"] = sceneNames({options.scene}).front();

@@ -26,7 +26,8 @@ namespace {
 struct MeasuredVariant {
     std::string label;
     std::string shown = label; ///< nameMeasuredRoutes
-    double timeMs = 0, minMs = 0, maxMs = 0, lowMs = 0, highMs = 0, otherCpuShare = 0;
+    double timeMs = 0, minMs = 0, maxMs = 0, otherCpuShare = 0;
+    double lowMs = 0, highMs = 0; ///< the interval of the time
     std::vector<double> roundMs =
         {}; ///< of each round in which all variants were timed; may be empty
     uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
@@ -122,7 +123,7 @@ std::string describe(const MeasuredVariant& v) {
     const int decimals = v.timeMs < 10 ? 2 : 1;
     std::string how; // one measurement has no spread
     if (v.repeatCount > 1)
-        how = formatted("%.*f to %.*f", decimals, v.minMs, decimals, v.maxMs);
+        how = formatted("%.*f to %.*f", decimals, v.lowMs, decimals, v.highMs);
     if (v.frameCount > 1)
         how += (how.empty() ? "" : ", ") + formatted("mean of %d frames", int(v.frameCount));
     return v.shown + formatted(", %.*f ms", decimals, v.timeMs) +

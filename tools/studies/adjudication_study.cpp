@@ -102,10 +102,10 @@ public:
     std::string judged(const Json& results) const override {
         const Json c = counts(results);
         return c["pair_count"].dump() + " pairs, " + c["ambiguous_count"].dump() + " ambiguous, " +
-               c["faultless_wrong_count"].dump() +
-               " answered wrongly by the truth or exact rays; " + c["disputed_count"].dump() +
-               " pairs disputed between them, " + c["disputed_ambiguous_count"].dump() +
-               " of these ambiguous";
+               c["faultless_wrong_count"].dump() + " answered wrongly by " + faultlessNames() +
+               "; " + c["disputed_count"].dump() +
+               " pairs disputed between the truth and exact rays, " +
+               c["disputed_ambiguous_count"].dump() + " of these ambiguous";
     }
     void print(const Json& results, const Console& console) const override {
         for (const Json& cell : results["cells"])
@@ -167,6 +167,16 @@ private:
         }
     }
 
+    /// Returns "truth, exact packets or exact single": those that may answer nothing wrongly.
+    std::string faultlessNames() const {
+        std::string text;
+        for (size_t i = 0; i < table_.faultless.size(); ++i)
+            text += std::string(i == 0                            ? ""
+                                : i + 1 < table_.faultless.size() ? ", "
+                                                                  : " or ") +
+                    kTracerNames[size_t(table_.faultless[i])];
+        return text.empty() ? "tracers that may answer nothing wrongly" : text;
+    }
     bool isFaultless(const std::string& tracer) const {
         return std::any_of(table_.faultless.begin(), table_.faultless.end(), [&](Tracer faultless) {
             return tracer == kTracerNames[size_t(faultless)];

@@ -56,6 +56,25 @@ def log_axis(axis, low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
     (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(low, high)
 
 
+def plural(count, noun):
+    """1 scene, 2 scenes."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def error_axis(axes, low, high, zero_size=None, has_zero=True, **ticks):
+    """A logarithmic axis of errors from `low`. Where some are 0, which such an axis lacks, they stand at `low`: a little over the
+    axis, so that their bars are seen, with the label 0 of zero_size (None: no label), and without ticks that would run into it."""
+    if not has_zero:
+        log_axis(axes.yaxis, low, high, **ticks)
+        return
+    span = high / low
+    log_axis(axes.yaxis, low / span ** 0.035, high, **ticks)
+    axes.yaxis.set_major_locator(FixedLocator([tick for tick in axes.yaxis.get_major_locator()() if tick > low * span ** 0.06]))
+    if zero_size:
+        axes.annotate("0", (0, low), xycoords=("axes fraction", "data"), xytext=(-4, 0), textcoords="offset points", ha="right",
+                      va="center", fontsize=zero_size)
+
+
 def place_labels(axes, labels, points, lines=()):
     """Writes labels beside their points so that none covers another, a point or a line, if there is enough space.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..series import believe_of, rays_alone
-from ..style import BLACK, BLUE, COLUMN, SKY, log_axis, place_labels, plt, slug
+from ..style import BLACK, BLUE, COLUMN, SKY, error_axis, place_labels, plt, slug
 from .runs import bars_sentence, time_bars
 
 
@@ -57,10 +57,7 @@ def believe_chart(charts, scene, runs):
         time_bars(over_time, [embree], [max(of_embree[0], floor)])
     time_bars(over_time, swept, heights, BLUE)
     over_time.set_xlim(0, max(1.15 * max(times), 1.04 * max(r["time_ms_high"] for r in swept)))
-    log_axis(over_time.yaxis, floor, 1.6 * max(positive))
-    if 0 in wrong + of_embree:
-        over_time.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points",
-                           ha="right", va="center", fontsize=6.5)
+    error_axis(over_time, floor, 1.6 * max(positive), 6.5, 0 in wrong + of_embree)
     over_time.set_xlabel("frame time (ms)")
     over_time.set_ylabel("wrong pairs (%)")
     over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)

@@ -12,7 +12,7 @@ import math
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
 from ..series import believe_of, is_warm, keeps_beams, legend_of_names, model_of, threshold_of, tracers_of
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, plt
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, error_axis, log_axis, plural, plt
 from ..texels import PAPER_TEXELS
 from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
 
@@ -99,7 +99,7 @@ def panel(axes, scene, size, runs, floor, top, looks):
                   markeredgewidth=0.8 if is_warm(run) else 0.4, clip_on=False, zorder=4 if marker != "^" else 3,
                   label=f"_{name_of(run)}" if is_warm(run) else name_of(run))
     log_axis(axes.xaxis, min(r["time_ms_low"] for r in runs) / 1.3, max(r["time_ms_high"] for r in runs) * 1.3, ticks=(1, 3), near=(1, 2, 3, 5))
-    log_axis(axes.yaxis, floor, top)
+    error_axis(axes, floor, top, 5.4 if axes.get_subplotspec().is_first_col() else None)
     axes.set_title(f"{title_of(scene)}, {size.replace('x', ' × ')}", fontsize=6, pad=2.5)
     axes.tick_params(labelsize=5.4)
 
@@ -119,7 +119,6 @@ def draw(paths, directory, mixed=False):
         axes.set_visible(False)
     for row in grid:
         row[0].set_ylabel("wrong pairs (%)", fontsize=6.5)
-        row[0].annotate("0", (0, 0), xycoords="axes fraction", xytext=(-3, 0), textcoords="offset points", ha="right", va="center", fontsize=5.4)
     for axes in list(grid.flat)[max(0, len(panels) - columns):len(panels)]:
         axes.set_xlabel("frame time (ms)", fontsize=6.5)
     entries = {}
@@ -135,8 +134,9 @@ def draw(paths, directory, mixed=False):
                   bbox_to_anchor=(0.5, 1.0), ncol=min(5, len(names)), fontsize=6)
     charts = Charts(directory, bbox_inches="tight")  # the legend is above the panels
     charts.save(figure, "main", "Error against time in real and built scenes",
-                f"{len({scene for scene, _, _ in panels})} scenes at {' and '.join(dict.fromkeys(size for _, size, _ in panels))} pixels; down and left is "
-                "better. Built scenes are made by this program, the others are not; the atrium's halves mirror each other."
+                f"{plural(len({scene for scene, _, _ in panels}), 'scene')} at {' and '.join(dict.fromkeys(size for _, size, _ in panels))} pixels; "
+                "down and left is better. Built scenes are made by this program, the others are not."
+                + (" The atrium's halves mirror each other." if any(scene == "builtin:atrium" for scene, _, _ in panels) else "")
                 + legend_of_names([r for _, _, runs in panels for r in runs]) + tracers_sentence([r for _, _, runs in panels for r in runs]) + bars_sentence([r for _, _, runs in panels for r in runs]))
     charts.finish()
 

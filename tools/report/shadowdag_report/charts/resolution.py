@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..series import rays_alone, threshold_of
-from ..style import BLACK, BLUE, COLUMN, FixedLocator, GREEN, GREY, NullLocator, ORANGE, SKY, VERMILION, log_axis, plt, slug
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, NullLocator, ORANGE, SKY, VERMILION, error_axis, log_axis, plt, slug
 from ..texels import equivalent_texels
 from .per_map import power_fit
 from .runs import bar_label
@@ -37,16 +37,11 @@ def resolution_chart(charts, scene, runs):
     reference = [total[0] * xs[0] / x for x in xs]
     axes.plot(xs, reference, color=GREY, linestyle="--", linewidth=0.9, label="halving")
     shown += [t for t in total if t > 0] + reference
-    if has_zero:  # a logarithmic axis has no zero: its points are on the frame
-        axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
-                      va="center", fontsize=6.5)
     axes.set_xscale("log", base=2)
     axes.set_xticks(xs)
     axes.set_xticklabels([str(x) for x in xs])
     axes.xaxis.set_minor_locator(NullLocator())
-    log_axis(axes.yaxis, floor, max(shown) * 1.4)
-    if has_zero:  # no number beside the zero
-        axes.yaxis.set_major_locator(FixedLocator([t for t in axes.get_yticks() if t > 1.2 * floor]))
+    error_axis(axes, floor, max(shown) * 1.4, 6.5, has_zero)
     axes.set_xlabel("voxels an axis")
     axes.set_ylabel("share of pairs (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, borderaxespad=0.3, columnspacing=1.0)

@@ -12,8 +12,9 @@ from ..series import believe_of, model_of, sweeps, threshold_of, tracers_of
 
 
 def load(paths, mixed):
-    """Returns runs, map costs and the experiment of the first file, after checking that all are of one commit."""
-    runs, costs, experiments, commits, sequence_count = [], [], [], {}, 0
+    """Returns runs, map costs and the experiment of the first file, after checking that all are of one commit, and of the same pairs
+    where they are of the same frame of a scene."""
+    runs, costs, experiments, commits, pairs, sequence_count = [], [], [], {}, {}, 0
     for path in paths:
         with expecting(path, "a results file of compare"):
             results = read_json(path)
@@ -22,6 +23,12 @@ def load(paths, mixed):
             costs += results.get("map_costs", [])
             sequence_count += len(results.get("sequence_runs", []))
             experiments.append(results["experiment"])
+            for run in results["runs"]:
+                first = pairs.setdefault((run["scene"], run["frame"]), (run["pair_count"], path, experiments[-1]["size"]))
+                if run["pair_count"] != first[0]:
+                    raise Refused(f"{first[1]} has {first[0]} pairs in frame {run['frame']} of {run['scene']} at {first[2]}, {path} has "
+                                  f"{run['pair_count']} at {experiments[-1]['size']}: not one frame; measure both at one --size, with one "
+                                  "--camera and the same lights")
     if len(commits) > 1 and not mixed:
         raise Refused("lines of different commits: "
                       + ", ".join(f"{commit} in {path}" for commit, path in commits.items())

@@ -27,7 +27,9 @@ COLUMNS = (  # heading, cell of a run
 def run(arguments):
     directory = arguments.directory
     results = read_results(directory, "tracers.json", WHAT)
+    rows = results["runs"] + results["untimed_runs"]
+    columns = COLUMNS + ((("Remark", lambda r: words(r.get("warning", ""))),) if any("warning" in r for r in rows) else ())
     write_page(directory, "tracers.html.j2", os.path.join(directory, "tracers.json"), WHAT, lambda: {
-        "title": "Tracers of others", "headings": [heading for heading, _ in COLUMNS],
-        "rows": [[cell(r) for _, cell in COLUMNS] for r in results["runs"] + results["untimed_runs"]],
+        "title": "Tracers of others", "headings": [heading for heading, _ in columns],
+        "rows": [[cell(r) for _, cell in columns] for r in rows],
         "provenance": key_rows(results["provenance"]) + key_rows({"set": results["set_id"]})})
