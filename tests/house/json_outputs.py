@@ -157,6 +157,9 @@ class Commands:
         line = "rays set.npz --answer timed.npz --answer untimed.npz -o rows"
         yield said(line, "rays")
         yield wrote(line, "rays", "rows/tracers.json")
+        plugin = pathlib.Path(self.program).resolve().parents[1] / "examples/libembree_tracer.so"
+        if plugin.exists():  # masks cut the scene, which it does not see
+            yield said(f"rays builtin:fail-alpha --size 16x9 --tracer {plugin} -o cut", "rays")
         yield from self.studies(said, wrote)
         yield from self.reports(said, wrote)
 

@@ -404,7 +404,7 @@ print(" ".join(r["label"] for r in pareto(runs)), end="")
     EXPECT_EQ(said, "fast maps middle embree");
 }
 
-TEST(Charts, AnErrorOfZeroIsDrawnOnTheAxis) {
+TEST(Charts, AnErrorOfZeroIsDrawn) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));
