@@ -97,7 +97,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     result["camera"] = options.camera;
     result["camera_numbers"] = cameraText(camera);
     result["size"] = options.size;
-    result["other_cpu_share"] = use.otherShare();
+    result["other_cpu_share"] = otherShareJson(use.otherShare());
     result["lights"] = options.lights;
     result["seed"] = options.seed;
     result["provenance"] = buildProvenance(backend);

@@ -275,7 +275,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     Json result = {{"provenance", buildProvenance(backend)}, {"sweep", toJson(sweep)}};
     if (!leftOut.empty())
         result["provenance"]["left_out"] = leftOut;
-    result["other_cpu_share"] = measurer.otherCpuShare();
+    result["other_cpu_share"] = otherShareJson(measurer.otherCpuShare());
     result.update(fitJson({metric, objective, bound, settings, models, search, measurer, choice}));
     Experiment replay;
     if (choice != SIZE_MAX) {

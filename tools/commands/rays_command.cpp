@@ -112,7 +112,7 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
                     {"runs", Json::array()},
                     {"untimed_runs", Json::array()}};
     results["experiment"]["title"] = "";
-    const double otherShare = use.otherShare();
+    const std::optional<double> otherShare = use.otherShare();
     {
         const auto step = console.step("the truth and the adjudicator");
         const RaySetTruth truth = judgeRaySet(set);
@@ -123,7 +123,7 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
             results[all[i].timeMs.empty() ? "untimed_runs" : "runs"].push_back(std::move(row));
         }
     }
-    results["other_cpu_share"] = otherShare;
+    results["other_cpu_share"] = otherShareJson(otherShare);
     if (const std::string busy = busyRemark(otherShare); !busy.empty() && !options.tracers.empty())
         console.note("warning: " + busy);
     writeRows(options, results, console);

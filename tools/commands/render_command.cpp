@@ -121,7 +121,7 @@ Json timesOnly(SingleFrames& frames, const Experiment& experiment, int laps,
     document["laps"] = laps;
     document.update(summary);
     document["frames"] = std::move(rows);
-    document["other_cpu_share"] = use.otherShare();
+    document["other_cpu_share"] = otherShareJson(use.otherShare());
     if (const std::string busy = busyRemark(use.otherShare()); !busy.empty())
         console.note("warning: " + busy);
     return document;
@@ -273,7 +273,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             console.note("warning: " + fewPairs);
     }
     progress(1.0);
-    reproduction["other_cpu_share"] = use.otherShare();
+    reproduction["other_cpu_share"] = otherShareJson(use.otherShare());
     if (const std::string busy = busyRemark(use.otherShare()); !busy.empty() && !isTruth)
         console.note("warning: " + busy);
     reproduction["scene"] = sceneNames({options.scene}).front();

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,8 +27,9 @@ namespace {
 struct MeasuredVariant {
     std::string label;
     std::string shown = label; ///< nameMeasuredRoutes
-    double timeMs = 0, minMs = 0, maxMs = 0, otherCpuShare = 0;
-    double lowMs = 0, highMs = 0; ///< the interval of the time
+    double timeMs = 0, minMs = 0, maxMs = 0;
+    double lowMs = 0, highMs = 0;             ///< the interval of the time
+    std::optional<double> otherCpuShare = {}; ///< CpuUse
     std::vector<double> roundMs =
         {}; ///< of each round in which all variants were timed; may be empty
     uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
@@ -53,7 +55,7 @@ struct MeasuredVariant {
             roundMs.clear();
         for (size_t i = 0; i < roundMs.size(); ++i)
             roundMs[i] += rounds[i];
-        otherCpuShare = std::max(otherCpuShare, run.value("other_cpu_share", 0.0));
+        otherCpuShare = largerOtherShare(otherCpuShare, run);
         repeatCount = std::min(repeatCount, run.value("repeat_count", uint64_t(1)));
         pairCount += run.at("pair_count").get<uint64_t>();
         wrongCount += run.at("false_shadow_count").get<uint64_t>() +
@@ -283,11 +285,12 @@ private:
 
     void findCautions() {
         uint64_t pairs = UINT64_MAX, repeats = UINT64_MAX;
-        double otherCpuShare = 0;
+        std::optional<double> otherCpuShare;
         for (const MeasuredVariant& v : variants_) {
             pairs = std::min(pairs, v.pairCount);
             repeats = std::min(repeats, v.repeatCount);
-            otherCpuShare = std::max(otherCpuShare, v.otherCpuShare);
+            if (v.otherCpuShare)
+                otherCpuShare = std::max(otherCpuShare.value_or(0.0), *v.otherCpuShare);
         }
         if (pairs > 0 && pairs < kFewPairCount)
             cautions_.push_back(fewPairsWarning(scene_, pairs));

@@ -111,7 +111,7 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     Json results = {{"provenance", provenance}, {"study", file.json}, {"inputs", key["inputs"]}};
     results.update(measured);
     if (study.takesTimes())
-        results["other_cpu_share"] = use.otherShare();
+        results["other_cpu_share"] = otherShareJson(use.otherShare());
     if (!warnings.empty())
         results["warnings"] = warnings;
     results[study.mustHold() ? "broken" : "disagreements"] = broken;

@@ -125,7 +125,7 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
     }
     for (size_t i = 0; i < models.size(); ++i) {
         const Json& row = measured.runs[i];
-        otherCpuShare_ = std::max(otherCpuShare_, row.value("other_cpu_share", 0.0));
+        otherCpuShare_ = largerOtherShare(otherCpuShare_, row);
         FitCell& found = cells_[models[i]][cell];
         found.isMeasured = true;
         found.pairCount = row.at("pair_count");

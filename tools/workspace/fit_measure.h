@@ -76,7 +76,7 @@ public:
     std::optional<FitTime> finalTime(size_t model) const { return finalTimes_[model]; }
     /// Returns the largest share of the processor that other processes used while times were
     /// measured (CpuUse).
-    double otherCpuShare() const { return otherCpuShare_; }
+    std::optional<double> otherCpuShare() const { return otherCpuShare_; }
     size_t cellCount() const { return cellNames_.size(); }
     /// Returns {"scene", "frame"} by cell, and its "camera_numbers" once it was measured.
     const Json& cellNames() const { return cellNames_; }
@@ -102,7 +102,7 @@ private:
     std::vector<std::vector<FitCell>> cells_; ///< by model, then cell
     std::vector<std::optional<FitTime>> screenTimes_, finalTimes_;
     size_t batchCount_ = 0;
-    double otherCpuShare_ = 0;
+    std::optional<double> otherCpuShare_;
 };
 
 } // namespace shadowdag

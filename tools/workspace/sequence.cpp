@@ -100,7 +100,7 @@ public:
         const CpuUse use;
         for (int round = 0; round < rounds; ++round)
             time(round);
-        const double otherCpuShare = use.otherShare();
+        const Json otherCpuShare = otherShareJson(use.otherShare());
         const std::vector<Timing> timings = gatherTimes();
         const auto embree = std::find_if(players_.begin(), players_.end(), [](const auto& player) {
             return methodOf(player->run.method).needs().embree;

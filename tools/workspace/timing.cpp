@@ -80,8 +80,8 @@ cpu_set_t usableCores() {
 }
 
 /// Returns the seconds that the usable cores were busy since the system started, by /proc/stat:
-/// "cpuN user nice system idle iowait irq softirq steal ...".
-double busyCpuS() {
+/// "cpuN user nice system idle iowait irq softirq steal ..."; nothing where it does not tell.
+std::optional<double> busyCpuS() {
     const cpu_set_t cores = usableCores();
     std::ifstream file("/proc/stat");
     double ticks = 0;
@@ -95,7 +95,7 @@ double busyCpuS() {
         for (int field = 0; field < kFieldCount && words >> value; ++field)
             ticks += field == kIdle || field == kIoWait ? 0 : value;
     }
-    return ticks / double(sysconf(_SC_CLK_TCK));
+    return ticks > 0 ? std::optional(ticks / double(sysconf(_SC_CLK_TCK))) : std::nullopt;
 }
 
 } // namespace
@@ -107,23 +107,35 @@ double shareOfOthers(double otherS, double wallS, int coreCount, int threads) {
 
 CpuUse::CpuUse() : start_(std::chrono::steady_clock::now()), ownS_(ownCpuS()), busyS_(busyCpuS()) {}
 
-double CpuUse::otherShare() const {
+std::optional<double> CpuUse::otherShare() const {
     const double wallS = 1e-3 * msSince(start_);
     const cpu_set_t cores = usableCores();
-    if (wallS < 0.5 || CPU_COUNT(&cores) == 0) // a tick is a hundredth of a second
-        return 0;
-    const double otherS = (busyCpuS() - busyS_) - (ownCpuS() - ownS_);
+    const std::optional<double> busyS = busyCpuS();
+    if (wallS < 0.5 || CPU_COUNT(&cores) == 0 || !busyS || !busyS_) // a tick is 10 ms
+        return std::nullopt;
+    const double otherS = (*busyS - *busyS_) - (ownCpuS() - ownS_);
     return shareOfOthers(otherS, wallS, CPU_COUNT(&cores), threadCount());
 }
 
-std::string busyRemark(double otherShare) {
-    if (otherShare <= 0.1)
+Json otherShareJson(std::optional<double> share) {
+    return share ? Json(*share) : Json();
+}
+
+std::optional<double> largerOtherShare(std::optional<double> share, const Json& row) {
+    const auto found = row.find("other_cpu_share");
+    if (found == row.end() || found->is_null())
+        return share;
+    return std::max(share.value_or(0.0), found->get<double>());
+}
+
+std::string busyRemark(std::optional<double> otherShare) {
+    if (!otherShare || *otherShare <= 0.1)
         return "";
     char text[160];
     std::snprintf(text, sizeof text,
                   "other processes took %.0f %% of the cores that this run uses while times were "
                   "measured; measure again on an idle machine",
-                  100 * otherShare);
+                  100 * *otherShare);
     return text;
 }
 

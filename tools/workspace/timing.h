@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,18 +54,25 @@ double shareOfOthers(double otherS, double wallS, int coreCount, int threads);
 class CpuUse {
 public:
     CpuUse();
-    /// Returns shareOfOthers since construction, for as many threads as threadCount(); 0 in the
-    /// first half second and where the system does not tell.
-    double otherShare() const;
+    /// Returns shareOfOthers since construction, for as many threads as threadCount(); nothing in
+    /// the first half second and where the system does not tell.
+    std::optional<double> otherShare() const;
 
 private:
     std::chrono::steady_clock::time_point start_;
-    double ownS_ = 0, busyS_ = 0; ///< CPU seconds before
+    double ownS_ = 0;             ///< CPU seconds before
+    std::optional<double> busyS_; ///< the same of all
 };
 
+/// Returns a share of CpuUse as results hold it: null if it is not known.
+Json otherShareJson(std::optional<double> share);
+
+/// Returns the larger of a share and that of a row of results, of those that are known.
+std::optional<double> largerOtherShare(std::optional<double> share, const Json& row);
+
 /// Returns a remark about times that were measured while other processes used this share of the
-/// processor (shareOfOthers): "" up to a tenth.
-std::string busyRemark(double otherShare);
+/// processor (shareOfOthers): "" up to a tenth and if it is not known.
+std::string busyRemark(std::optional<double> otherShare);
 
 /// Returns the time since then.
 double msSince(std::chrono::steady_clock::time_point start);

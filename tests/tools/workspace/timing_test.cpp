@@ -88,11 +88,12 @@ TEST(CpuUse, SeesOtherProcesses) {
     if (!std::ifstream("/proc/stat"))
         GTEST_SKIP() << "the system has no /proc/stat";
     const CpuUse use;
-    EXPECT_EQ(use.otherShare(), 0.0) << "half a second has not passed";
+    EXPECT_EQ(use.otherShare(), std::nullopt) << "half a second has not passed";
     ASSERT_EQ(std::system("timeout 1 sh -c 'while :; do :; done'"), 124 << 8);
-    const double share = use.otherShare();
-    EXPECT_GT(share, 0.5 / std::thread::hardware_concurrency()) << "one core was busy";
-    EXPECT_LE(share, 1.0);
+    const std::optional<double> share = use.otherShare();
+    ASSERT_TRUE(share.has_value());
+    EXPECT_GT(*share, 0.5 / std::thread::hardware_concurrency()) << "one core was busy";
+    EXPECT_LE(*share, 1.0);
 }
 
 TEST(CpuUse, WhatOthersDoOnIdleCoresTakesNothing) {
@@ -106,8 +107,20 @@ TEST(CpuUse, WhatOthersDoOnIdleCoresTakesNothing) {
     EXPECT_EQ(shareOfOthers(126, 2, 64, 2), 0.5) << "this run's cores count, not the machine's";
 }
 
+TEST(CpuUse, AnUnknownShareIsNullAndAnyKnownOneIsLarger) {
+    EXPECT_EQ(otherShareJson(std::nullopt), Json());
+    EXPECT_EQ(otherShareJson(0.25), Json(0.25));
+    const Json unknown = {{"other_cpu_share", nullptr}}, some = {{"other_cpu_share", 0.25}};
+    EXPECT_EQ(largerOtherShare(std::nullopt, unknown), std::nullopt);
+    EXPECT_EQ(largerOtherShare(std::nullopt, Json::object()), std::nullopt);
+    EXPECT_EQ(largerOtherShare(0.5, unknown), 0.5);
+    EXPECT_EQ(largerOtherShare(std::nullopt, some), 0.25);
+    EXPECT_EQ(largerOtherShare(0.5, some), 0.5);
+}
+
 TEST(CpuUse, AMachineIsBusyAboveATenth) {
     EXPECT_EQ(busyRemark(0.1), "");
+    EXPECT_EQ(busyRemark(std::nullopt), "");
     EXPECT_THAT(busyRemark(0.25),
                 testing::StartsWith("other processes took 25 % of the cores that this run uses"));
 }
