@@ -158,6 +158,18 @@ bool isNearOutline(const GBufferView& gbuffer, const PairList& pairs,
     return false;
 }
 
+uint64_t ErrorReport::explainedCount() const {
+    return total.falseShadowCount + total.falseLightCount - total.unexplainedFalseShadowCount -
+           total.unexplainedFalseLightCount - total.acneCount - total.contactCount -
+           total.magnifiedCount;
+}
+
+bool ErrorReport::explainingHasPower() const {
+    const uint64_t wrong = total.falseShadowCount + total.falseLightCount;
+    return wrong == 0 || outlineNullSampleCount == 0 ||
+           (outlineNullRate <= 0.5 && double(explainedCount()) > outlineNullRate * double(wrong));
+}
+
 ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
     checkSizes(inputs, truthVisibility);

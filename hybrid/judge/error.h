@@ -76,6 +76,13 @@ struct ErrorReport {
     std::vector<uint64_t> exactWrongPairs;
     /// Wrong pairs that break a promise of rays through voxels (PairJudge::Promises).
     uint64_t beyondBeliefCount = 0, coarserCellCount = 0;
+
+    /// Returns the number of wrong pairs that one of the 32 rays explains.
+    uint64_t explainedCount() const;
+    /// Returns whether explaining tells wrong pairs from right ones near outlines: it would excuse
+    /// half of the right ones at most, and a smaller share of them than of the wrong ones. True if
+    /// there are no wrong pairs or no sampled right ones.
+    bool explainingHasPower() const;
 };
 
 struct ErrorOptions {

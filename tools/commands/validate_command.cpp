@@ -104,21 +104,16 @@ void printReport(std::ostream& out, const ErrorReport& report, const FrameCounts
     const ErrorCounts& total = report.total;
     const uint64_t wrong = total.falseShadowCount + total.falseLightCount;
     if (wrong > 0) {
-        const uint64_t explained = wrong - total.unexplainedFalseShadowCount -
-                                   total.unexplainedFalseLightCount - total.acneCount -
-                                   total.contactCount - total.magnifiedCount;
-        const double share = double(explained) / double(wrong);
         char text[160];
-        std::snprintf(text, sizeof text, "explained: %.1f %% of %llu wrong pairs", 100.0 * share,
+        std::snprintf(text, sizeof text, "explained: %.1f %% of %llu wrong pairs",
+                      100.0 * double(report.explainedCount()) / double(wrong),
                       static_cast<unsigned long long>(wrong));
         out << text;
         if (report.outlineNullSampleCount > 0) {
             std::snprintf(text, sizeof text,
                           "; of right pairs near outlines %.1f %% would be explained as well%s",
                           100.0 * report.outlineNullRate,
-                          report.outlineNullRate > 0.5 || share <= report.outlineNullRate
-                              ? ": explaining has no power here"
-                              : "");
+                          report.explainingHasPower() ? "" : ": explaining has no power here");
             out << text;
         }
         out << "\n";

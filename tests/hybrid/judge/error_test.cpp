@@ -196,6 +196,35 @@ TEST(Error, MissingVisibilitiesAreRefused) {
     }
 }
 
+TEST(Error, ExplainingHasPowerWhereRightPairsAreExplainedLess) {
+    ErrorReport report;
+    EXPECT_TRUE(report.explainingHasPower()) << "no wrong pair";
+    report.total.falseShadowCount = 6;
+    report.total.falseLightCount = 4;
+    report.total.unexplainedFalseShadowCount = 1;
+    report.total.unexplainedFalseLightCount = 2;
+    report.total.acneCount = report.total.contactCount = report.total.magnifiedCount = 1;
+    EXPECT_EQ(report.explainedCount(), 4u);
+    EXPECT_TRUE(report.explainingHasPower()) << "no right pair near an outline";
+    report.outlineNullSampleCount = 100;
+    report.outlineNullRate = 0.39;
+    EXPECT_TRUE(report.explainingHasPower());
+    report.outlineNullRate = 0.41;
+    EXPECT_FALSE(report.explainingHasPower()) << "4 of 10 wrong ones are explained";
+    report.outlineNullSampleCount = 8;
+    report.total.falseLightCount += 6; // of 16 wrong ones 10 are explained
+    report.outlineNullRate = 0.5;
+    EXPECT_TRUE(report.explainingHasPower());
+    report.outlineNullRate = 0.51;
+    EXPECT_FALSE(report.explainingHasPower()) << "more than half of the right ones";
+    report.total.falseShadowCount = report.total.unexplainedFalseShadowCount = 0;
+    report.total.falseLightCount = 8;
+    report.total.unexplainedFalseLightCount = 3; // and 3 that are acne, contact and magnified
+    report.outlineNullRate = 0.25;
+    EXPECT_EQ(report.explainedCount(), 2u);
+    EXPECT_FALSE(report.explainingHasPower()) << "the same share";
+}
+
 TEST(Error, NoPairsGiveAnEmptyReport) {
     HandFrame f;
     f.soup.addLevelSquare({0, 0, 0}, 1.0f);
