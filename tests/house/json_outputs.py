@@ -63,6 +63,7 @@ def write_changed(path, results):
         for key in ("time_ms", "time_ms_low", "time_ms_high", "time_ms_min", "time_ms_max"):
             run[key] *= 100
         run["false_light_count"] += 1
+        run["pair_count"] += 1
         del run["flip"]
     changed["runs"][0]["label"] = "other"
     path.write_text(json.dumps(changed))

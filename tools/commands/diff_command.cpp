@@ -6,6 +6,7 @@
 #include "tools/settings/common_options.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/words.h"
 #include "tools/studies/study.h"
 #include "tools/workspace/scene_setup.h"
 #include "tools/workspace/whole_file.h"
@@ -109,9 +110,9 @@ void runDiff(const DiffArguments& arguments) {
     const uint64_t worse = diff.at("worse_count"), rows = diff.at("lost_row_count"),
                    values = diff.at("lost_value_count");
     if (worse + rows + values > 0)
-        throw NotHeld(arguments.b + ": " + std::to_string(worse) + " values are worse than in " +
-                      arguments.a + ", and " + std::to_string(rows) + " rows and " +
-                      std::to_string(values) + " values of other rows are missing");
+        throw NotHeld(arguments.b + " has " + countText(worse, "worse value") + " than " +
+                      arguments.a + ", and lacks " + countText(rows, "row") + " and " +
+                      countText(values, "value") + " of other rows");
 }
 
 } // namespace

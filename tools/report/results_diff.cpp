@@ -5,6 +5,7 @@
 #include "cuda/quantile_interval.h"
 #include "tools/report/results_identity.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/words.h"
 #include "tools/workspace/journal.h"
 
 #include <algorithm>
@@ -287,7 +288,9 @@ private:
 
     void addRow(const std::string& list, const std::string& name, const Json& object) {
         Row row;
-        addValues(object, "", row, false, file_ + ": \"" + list + "\", row '" + name + "'");
+        const std::string where = file_ + ": \"" + list + "\", row '" + name + "'";
+        addValues(object, "", row, false, where);
+        checkPairs(object, where);
         if (!rows_[list].emplace(name, std::move(row)).second)
             throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" has two rows '" + name +
                                                "', so that neither can be compared; measure it "
@@ -303,6 +306,8 @@ private:
                 isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
                 isBesideAnother(object, key))
                 continue;
+            if (key == "other_cpu_share" && value.is_null())
+                continue; // not known
             if (key == "regret" && value.is_object()) {
                 addRegrets(value, object.value("regret_intervals", Json::object()), row, where);
                 continue;
@@ -338,6 +343,22 @@ private:
                 row[prefix + key] = {value, {}, {}};
             }
         }
+    }
+
+    /// Throws Error kInput where more pairs are dark, or wrong, than there are.
+    static void checkPairs(const Json& object, const std::string& where) {
+        const auto pairs = numberIn(object, "pair_count");
+        if (!pairs)
+            return;
+        const auto count = [&](const char* key) { return numberIn(object, key).value_or(0); };
+        const double dark = count("occluded_count"),
+                     wrong = count("false_shadow_count") + count("false_light_count");
+        for (const auto& [what, value] : {std::pair("dark", dark), std::pair("wrong", wrong)})
+            if (value > *pairs) {
+                char counts[80];
+                std::snprintf(counts, sizeof counts, ": %.10g of %.10g pairs are ", value, *pairs);
+                throw Error(ErrorKind::kInput, where + counts + what + "; measure it again");
+            }
     }
 
     /// Adds the losses of models against the oracle, of which `intervals` has the ends.
@@ -402,8 +423,36 @@ Json changeOfNames(const std::string& key, const std::set<std::string>& a,
             {"lost", lost}, {"gained", gained}, {"verdict", bad.empty() ? "better" : "worse"}};
 }
 
+/// The pairs of a and b where two rows differ in their number; else nothing.
+using OtherPairs = std::optional<std::pair<double, double>>;
+
+OtherPairs otherPairsOf(const Row& a, const Row& b) {
+    const auto count = [](const Row& row) {
+        const auto found = row.find("pair_count");
+        return found != row.end() && found->second.exact.is_number()
+                   ? found->second.exact.get<double>()
+                   : 0.0;
+    };
+    const double before = count(a), now = count(b);
+    return before > 0 && now > 0 && before != now ? OtherPairs({before, now}) : OtherPairs();
+}
+
+/// Returns whether a key counts wrong pairs.
+bool countsWrongPairs(const std::string& key) {
+    constexpr const char* kKeys[] = {"false_shadow_count",
+                                     "false_light_count",
+                                     "unexplained_false_shadow_count",
+                                     "unexplained_false_light_count",
+                                     "acne_count",
+                                     "contact_count",
+                                     "magnified_count",
+                                     "wrong_count"};
+    return isListed(std::begin(kKeys), std::end(kKeys), key);
+}
+
 /// Returns a change of a value, null where there is none.
-Json changeOf(const std::string& path, const Value& a, const Value& b) {
+/// @param pairs counts of wrong pairs are then better or worse by their share
+Json changeOf(const std::string& path, const Value& a, const Value& b, const OtherPairs& pairs) {
     const std::string key = path.substr(path.rfind('.') + 1);
     if (a.names && b.names)
         return changeOfNames(path, *a.names, *b.names);
@@ -420,8 +469,13 @@ Json changeOf(const std::string& path, const Value& a, const Value& b) {
                                 ? verdictOf(y.value > x.value, directionOf(key))
                                 : "uncertain"}};
     }
-    if (a.measured || b.measured || a.exact == b.exact)
+    const bool isOfPairs = pairs && countsWrongPairs(key) && a.exact.is_number() &&
+                           b.exact.is_number() && (a.exact != 0 || b.exact != 0);
+    if (a.measured || b.measured || (a.exact == b.exact && !isOfPairs))
         return {};
+    const auto areSame = [](double x, double y) {
+        return std::fabs(x - y) <= kLeastChange * std::max(std::fabs(x), std::fabs(y));
+    };
     Json change = {{"key", path}, {"a", a.exact}, {"b", b.exact}, {"verdict", "changed"}};
     if (a.exact.is_boolean() && b.exact.is_boolean()) {
         if (key == "holds" || key == "agrees" || key == "ok")
@@ -429,9 +483,15 @@ Json changeOf(const std::string& path, const Value& a, const Value& b) {
     } else if (a.exact.is_number() && b.exact.is_number()) {
         const double x = a.exact, y = b.exact;
         const bool areCounts = a.exact.is_number_integer() && b.exact.is_number_integer();
-        if (!areCounts && std::fabs(x - y) <= kLeastChange * std::max(std::fabs(x), std::fabs(y)))
+        if (!areCounts && areSame(x, y))
             return {};
         change["verdict"] = verdictOf(y > x, directionOf(key));
+        if (isOfPairs) {
+            const double before = x / pairs->first, now = y / pairs->second;
+            change["verdict"] =
+                areSame(before, now) ? "changed" : verdictOf(now > before, directionOf(key));
+            change["pair_counts"] = {uint64_t(pairs->first), uint64_t(pairs->second)};
+        }
     }
     return change;
 }
@@ -458,10 +518,10 @@ Json checkedDifferences(const std::string& files, const ResultsIdentity& a,
                                            "; compare two results of one command");
     Json differences = Json::array();
     refuse(options.allowsScene, "scene", firstOtherScene(a, b), files, differences);
-    refuse(options.allowsExperiment, "experiment", firstDifference(a.experiment, b.experiment),
+    refuse(options.allowsExperiment, "experiment", differenceText(a.experiment, b.experiment),
            files, differences);
     if (options.comparesTimes)
-        refuse(options.allowsMachine, "machine", firstDifference(a.machine, b.machine), files,
+        refuse(options.allowsMachine, "machine", differenceText(a.machine, b.machine), files,
                differences);
     for (const auto& [key, value] : a.program.items())
         if (b.program.value(key, Json()) != value)
@@ -511,6 +571,7 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
                 continue;
             }
             ++rowCount;
+            const OtherPairs pairs = otherPairsOf(row, other->second);
             for (const auto& [key, value] : row) {
                 const auto found = other->second.find(key);
                 if (found == other->second.end()) {
@@ -519,7 +580,7 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
                     continue;
                 }
                 ++valueCount;
-                Json change = changeOf(key, value, found->second);
+                Json change = changeOf(key, value, found->second, pairs);
                 if (change.is_null())
                     continue;
                 ++counts[change["verdict"]];
@@ -560,6 +621,11 @@ std::string diffText(const Json& diff) {
                     ? " (" + number(change[key][0]) + " to " + number(change[key][1]) + ")"
                     : "");
     };
+    const auto ofPairs = [](const Json& change, size_t side) {
+        return change.contains("pair_counts")
+                   ? " of " + jsonLine(change["pair_counts"][side]) + " pairs"
+                   : std::string();
+    };
     const auto named = [](const Json& change, const char* key) {
         std::string names;
         for (const Json& name : change.value(key, Json::array()))
@@ -572,8 +638,9 @@ std::string diffText(const Json& diff) {
             if (change["verdict"] == verdict)
                 text += std::string(verdict) + ": " + change["list"].get<std::string>() + ", " +
                         change["row"].get<std::string>() + ": " + change["key"].get<std::string>() +
-                        " " + withInterval(change, "a") + " -> " + withInterval(change, "b") +
-                        named(change, "lost") + named(change, "gained") + "\n";
+                        " " + withInterval(change, "a") + ofPairs(change, 0) + " -> " +
+                        withInterval(change, "b") + ofPairs(change, 1) + named(change, "lost") +
+                        named(change, "gained") + "\n";
     for (const auto& [key, name] :
          {std::pair("only_in_a", diff.at("a")), std::pair("only_in_b", diff.at("b"))})
         for (const Json& row : diff.at(key))
@@ -584,10 +651,10 @@ std::string diffText(const Json& diff) {
                 value["list"].get<std::string>() + ", " + value["row"].get<std::string>() + ": " +
                 value["key"].get<std::string>() + "\n";
     const auto count = [&](const char* key) { return diff.at(key).dump(); };
-    text += count("value_count") + " values of " + count("row_count") +
-            " rows: " + count("worse_count") + " worse, " + count("better_count") + " better, " +
-            count("changed_count") + " changed otherwise, " + count("uncertain_count") +
-            " beyond intervals that hold less than 95 %\n";
+    text += countText(diff.at("value_count"), "value") + " of " +
+            countText(diff.at("row_count"), "row") + ": " + count("worse_count") + " worse, " +
+            count("better_count") + " better, " + count("changed_count") + " changed otherwise, " +
+            count("uncertain_count") + " beyond intervals that hold less than 95 %\n";
     return text;
 }
 

@@ -12,6 +12,8 @@
 //  - counts, bytes and texts: any difference; other numbers: one beyond kLeastChange;
 //  - the checks that notice a fault, as a set: a check that notices it no more is worse.
 // A change of an error, of bytes or of a time is better or worse; of other values it is neither.
+// Where two
+// rows have different numbers of pairs, counts of wrong pairs are better or worse by their share.
 #pragma once
 
 #include "tools/settings/json.h"
@@ -38,7 +40,7 @@ struct DiffOptions {
 /// unless experiments may differ. Throws Error kUsage where the results are of different kinds,
 /// experiments, scenes or machines and `options` does not allow it, kInput where a row is listed
 /// twice, a list is none, a count, an error, a size or a time is not a number >= 0 or outside its
-/// interval, or nothing can be compared.
+/// interval, a row has more wrong or dark pairs than pairs, or nothing can be compared.
 /// @param nameA, nameB of the results, for messages
 Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,
                  const DiffOptions& options);

@@ -120,6 +120,9 @@ ResultsIdentity identityOf(const Json& results) {
         for (const auto& [key, value] : defaults.items())
             if (key != "believe" && !identity.experiment.contains(key))
                 identity.experiment[key] = value;
+        // Rows are found by their names, whatever order the scenes have.
+        if (Json& scenes = identity.experiment["scenes"]; scenes.is_array())
+            std::sort(scenes.begin(), scenes.end());
     }
     addScenes(results, identity);
     identity.machine = identity.program = Json::object();

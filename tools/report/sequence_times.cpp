@@ -26,14 +26,15 @@ std::vector<double> roundsOf(const Json& row) {
     return row.value("round_times_ms", std::vector{row.at("time_ms").get<double>()});
 }
 
-/// Embree's times by scene and frame.
+/// Embree's times by scene and frame; of two configurations those of the first, as in all
+/// other ratios.
 using EmbreeRounds = std::map<std::pair<std::string, Json>, std::vector<double>>;
 
 EmbreeRounds embreeRoundsOf(const Json& rows) {
     EmbreeRounds rounds;
     for (const Json& row : rows)
         if (row.value("method", "") == "embree")
-            rounds[{row.at("scene"), row.value("frame", Json())}] = roundsOf(row);
+            rounds.try_emplace({row.at("scene"), row.value("frame", Json())}, roundsOf(row));
     return rounds;
 }
 

@@ -4,6 +4,7 @@
 #include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/words.h"
 #include "tools/studies/adjudication.h"
 #include "tools/studies/cell_setup.h"
 #include "tools/studies/real_scenes.h"
@@ -169,13 +170,10 @@ private:
 
     /// Returns "truth, exact packets or exact single": those that may answer nothing wrongly.
     std::string faultlessNames() const {
-        std::string text;
-        for (size_t i = 0; i < table_.faultless.size(); ++i)
-            text += std::string(i == 0                            ? ""
-                                : i + 1 < table_.faultless.size() ? ", "
-                                                                  : " or ") +
-                    kTracerNames[size_t(table_.faultless[i])];
-        return text.empty() ? "tracers that may answer nothing wrongly" : text;
+        std::vector<std::string> names;
+        for (const Tracer tracer : table_.faultless)
+            names.push_back(kTracerNames[size_t(tracer)]);
+        return names.empty() ? "tracers that may answer nothing wrongly" : orText(names);
     }
     bool isFaultless(const std::string& tracer) const {
         return std::any_of(table_.faultless.begin(), table_.faultless.end(), [&](Tracer faultless) {

@@ -6,6 +6,7 @@
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
+#include "tools/settings/words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -319,13 +320,14 @@ std::string otherSettings(const CostSource& source, const RunParameters& run) {
         if (!fitted.is_array() || fitted.empty() ||
             std::find(fitted.begin(), fitted.end(), here) != fitted.end())
             return;
-        std::string list;
+        const auto shown = [](const Json& value) {
+            return value.is_string() ? value.get<std::string>() : jsonLine(value);
+        };
+        std::vector<std::string> values;
         for (const Json& value : fitted)
-            list += (list.empty() ? "" : " or ") +
-                    (value.is_string() ? value.get<std::string>() : jsonLine(value));
-        text += (text.empty() ? "" : ", ") + name + " " +
-                (here.is_string() ? here.get<std::string>() : jsonLine(here)) + " instead of " +
-                list;
+            values.push_back(shown(value));
+        text +=
+            (text.empty() ? "" : ", ") + name + " " + shown(here) + " instead of " + orText(values);
     };
     if (!source.fittedWith.is_object())
         return text;

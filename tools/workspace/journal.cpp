@@ -153,24 +153,40 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
     return hashes;
 }
 
-std::string firstDifference(const Json& before, const Json& now) {
-    const auto differ = [&](const std::string& key, const Json& a, const Json& b) -> std::string {
-        if (a.is_object() && b.is_object())
-            return key + "." + firstDifference(a, b);
-        const auto shown = [](const Json& value) {
-            return value.is_null() ? std::string("nothing") : jsonLine(value);
-        };
-        return key + " was " + shown(a) + " and is " + shown(b);
+namespace {
+
+/// Appends "KEY was A and is B" of every value in which two values differ.
+void addDifferences(const std::string& key, const Json& before, const Json& now,
+                    std::vector<std::string>& differences) {
+    if (before.is_object() && now.is_object()) {
+        const std::string prefix = key.empty() ? "" : key + ".";
+        for (const auto& [name, value] : before.items())
+            addDifferences(prefix + name, value, now.value(name, Json()), differences);
+        for (const auto& [name, value] : now.items())
+            if (!before.contains(name))
+                addDifferences(prefix + name, Json(), value, differences);
+        return;
+    }
+    const auto shown = [](const Json& value) {
+        return value.is_null() ? std::string("nothing") : jsonLine(value);
     };
-    if (!before.is_object() || !now.is_object())
-        return before == now ? "" : differ("the key", before, now);
-    for (const auto& [key, value] : before.items())
-        if (const Json other = now.value(key, Json()); other != value)
-            return differ(key, value, other);
-    for (const auto& [key, value] : now.items())
-        if (!before.contains(key) && !value.is_null())
-            return differ(key, Json(), value);
-    return "";
+    if (before != now)
+        differences.push_back((key.empty() ? "the key" : key) + " was " + shown(before) +
+                              " and is " + shown(now));
+}
+
+} // namespace
+
+std::string differenceText(const Json& before, const Json& now) {
+    constexpr size_t kMost = 8;
+    std::vector<std::string> differences;
+    addDifferences("", before, now, differences);
+    std::string text;
+    for (size_t i = 0; i < std::min(kMost, differences.size()); ++i)
+        text += (i == 0 ? "" : "; ") + differences[i];
+    if (differences.size() > kMost)
+        text += "; and " + std::to_string(differences.size() - kMost) + " more";
+    return text;
 }
 
 std::string remarkOn(const Journal& journal) {
@@ -199,7 +215,7 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
         !found.contains("parts") || !found["parts"].is_object())
         throw Error(ErrorKind::kInput,
                     path_ + ": is damaged, so that its parts are lost; delete it to measure again");
-    if (const std::string difference = firstDifference(found["key"], content_["key"]);
+    if (const std::string difference = differenceText(found["key"], content_["key"]);
         !difference.empty())
         throw Error(ErrorKind::kUsage,
                     path_ + ": belongs to another run: " + difference +

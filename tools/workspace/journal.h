@@ -19,15 +19,16 @@ namespace shadowdag {
 /// "missing"; its reader will report it.
 Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files);
 
-/// Returns the first difference of two keys as text, with the place and both values: "size was
-/// \"48x27\" and is \"64x36\""; "" if there is none.
-std::string firstDifference(const Json& before, const Json& now);
+/// Returns the differences of two keys as text, each with the place and both values: "size was
+/// \"48x27\" and is \"64x36\"; taps was 4 and is 9"; lists at most eight, then how many more there
+/// are; "" if there is none.
+std::string differenceText(const Json& before, const Json& now);
 
 /// Finished parts by name. Every save replaces the whole file.
 class Journal {
 public:
     /// @param path the file, "" to keep parts in memory alone; @param key must be equal for parts
-    /// to be valid: commit, experiment, ...; a message names the first difference
+    /// to be valid: commit, experiment, ...; a message names the differences
     /// @param resume false: starts empty and saves that; true: reads the file if it exists, and
     /// leaves out parts that name a picture (*.png) which is not whole beside the file or in the
     /// folder `images` there. Throws Error kUsage when it has another key, kInput when it was

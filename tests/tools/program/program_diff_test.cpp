@@ -39,7 +39,7 @@ TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     EXPECT_EQ(text.status, 5);
     EXPECT_THAT(text.out, HasSubstr("acne_count " + std::to_string(more - 12) + " -> " +
                                     std::to_string(more)));
-    EXPECT_THAT(text.err, HasSubstr("1 values are worse"));
+    EXPECT_THAT(text.err, HasSubstr("has 1 worse value than "));
     const ProgramResult json =
         runShadowdag(directory, {"diff", kAtrium, directory / "results.json", "--json"});
     EXPECT_EQ(json.status, 5);
@@ -72,7 +72,7 @@ TEST(Diff, EndsWithFiveWhereAValueIsMissingAndWithTwoWhereItIsNone) {
     const ProgramResult lacking = runShadowdag(directory, {"diff", kAtrium, directory.path()});
     EXPECT_EQ(lacking.status, 5);
     EXPECT_THAT(lacking.out, HasSubstr(": flip\n"));
-    EXPECT_THAT(lacking.err, HasSubstr("0 rows and 1 values of other rows are missing"));
+    EXPECT_THAT(lacking.err, HasSubstr("lacks 0 rows and 1 value of other rows"));
     EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
     results["runs"][3]["flip"] = "5";
     writeText(directory / "results.json", results.dump());
@@ -144,7 +144,7 @@ TEST(Diff, NamesDoNotReachTheTerminalAsControlCharacters) {
     writeText(name, withMoreAcne().dump());
     const ProgramResult result = runShadowdag(directory, {"diff", kAtrium, name});
     EXPECT_EQ(result.status, 5);
-    EXPECT_THAT(result.err, HasSubstr("b\\x1b[31m.json: 1 values are worse"));
+    EXPECT_THAT(result.err, HasSubstr("b\\x1b[31m.json has 1 worse value than "));
     EXPECT_THAT(result.err, testing::Not(HasSubstr("\x1b")));
 }
 

@@ -263,7 +263,7 @@ def test_diff():
         equal(sorted(a["id"] for t, a in page.elements if t == "a" and a.get("class") == "point"),
               ["point-change-1", "point-change-2", "point-change-4"])
         text_of_page = " ".join(page.texts)
-        check("B lacks 1 values of other rows" in text_of_page and "flip" in text_of_page, "values that B lacks")
+        check("B lacks 1 value of other rows" in text_of_page and "flip" in text_of_page, "values that B lacks")
         many = made.made_diff()
         many["changes"] = [many["changes"][1] | {"row": f"row {i}", "key": f"key {i % 90}"}
                            for i in range(diff.MOST_CHANGES + 7)]

@@ -36,6 +36,17 @@ std::string refusalOf(const Json& a, const Json& b, const DiffOptions& options =
     return "";
 }
 
+/// Returns results with one run of a time.
+Json timed(const Json& times) {
+    Json run = {{"scene", "s"}, {"frame", 0}, {"label", "maps"}, {"method", "maps"}};
+    run.update(times);
+    return {{"provenance", {{"cpu", "c"}, {"commit", "1"}}},
+            {"experiment", {{"size", "1x1"}, {"title", "t"}}},
+            {"scenes", {{{"scene", "s"}, {"scene_hash", "h"}}}},
+            {"runs", Json::array({run})},
+            {"map_costs", Json::array()}};
+}
+
 TEST(ResultsDiff, EveryCommittedResultEqualsItself) {
     size_t comparedCount = 0;
     for (const auto& entry : std::filesystem::directory_iterator(kResults)) {
@@ -81,6 +92,62 @@ TEST(ResultsDiff, PlantedCountsAreFoundExactly) {
     EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * (1 + 1e-12)), "none");
     EXPECT_EQ(verdictOf("/runs/1/shown_as", {{"label", "x"}}), "none") << "a name for reading";
     EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * 1.001), "worse");
+}
+
+TEST(ResultsDiff, ErrorsOfOtherNumbersOfPairsAreComparedByShare) {
+    const auto verdictAfter = [](uint64_t pairs, uint64_t wrong) {
+        const auto row = [](uint64_t pairCount, uint64_t falseCount) {
+            return timed({{"pair_count", pairCount}, {"false_light_count", falseCount}});
+        };
+        const Json diff = diffOf(row(1000, 10), row(pairs, wrong));
+        for (const Json& change : diff["changes"])
+            if (change["key"] == "false_light_count")
+                return change["verdict"].get<std::string>();
+        return std::string("none");
+    };
+    EXPECT_EQ(verdictAfter(1000, 11), "worse");
+    EXPECT_EQ(verdictAfter(2000, 11), "better");
+    EXPECT_EQ(verdictAfter(2000, 20), "changed") << "the same share";
+    EXPECT_EQ(verdictAfter(500, 9), "worse");
+    EXPECT_EQ(verdictAfter(500, 10), "worse") << "as many of fewer pairs";
+    EXPECT_EQ(verdictAfter(3000, 0), "better");
+}
+
+TEST(ResultsDiff, AShareOfOthersThatIsNotKnownIsTaken) {
+    const Json unknown = timed({{"other_cpu_share", nullptr}, {"pair_count", 9}}),
+               known = timed({{"other_cpu_share", 0.1}, {"pair_count", 9}});
+    EXPECT_EQ(refusalOf(unknown, known), "");
+    EXPECT_EQ(diffOf(known, unknown)["lost_value_count"], 0);
+}
+
+TEST(ResultsDiff, MoreWrongOrDarkPairsThanPairsAreRefused) {
+    const Json possible = timed({{"pair_count", 9},
+                                 {"false_light_count", 4},
+                                 {"false_shadow_count", 5},
+                                 {"occluded_count", 9}});
+    EXPECT_EQ(refusalOf(possible, possible), "");
+    Json wrong = possible, dark = possible;
+    wrong["runs"][0]["false_light_count"] = 5;
+    dark["runs"][0]["occluded_count"] = 10;
+    EXPECT_THAT(refusalOf(possible, wrong), HasSubstr("10 of 9 pairs are wrong"));
+    EXPECT_THAT(refusalOf(dark, possible), HasSubstr("10 of 9 pairs are dark"));
+}
+
+TEST(ResultsDiff, ScenesInAnotherOrderAreTheSame) {
+    Json a = timed({{"pair_count", 9}}), b = a;
+    a["experiment"]["scenes"] = {"s", "t"};
+    b["experiment"]["scenes"] = {"t", "s"};
+    EXPECT_EQ(refusalOf(a, b), "");
+    b["experiment"]["scenes"] = {"t", "u"};
+    EXPECT_THAT(refusalOf(a, b), HasSubstr("different experiments: scenes"));
+}
+
+TEST(ResultsDiff, AllDifferencesOfExperimentsAreNamed) {
+    Json a = timed({{"pair_count", 9}}), b = a;
+    b["experiment"]["size"] = "2x2";
+    b["experiment"]["seed"] = 7;
+    EXPECT_THAT(refusalOf(a, b), testing::AllOf(HasSubstr("size was \"1x1\" and is \"2x2\""),
+                                                HasSubstr("seed was ")));
 }
 
 TEST(ResultsDiff, FailuresOfStudiesAreWorse) {
@@ -190,17 +257,6 @@ TEST(ResultsDiff, RegretsChangeBeyondTheirIntervals) {
     EXPECT_THAT(diffOf(regret, worse)["changes"], IsEmpty()) << "the intervals overlap";
     frame["regret"]["cost"] = "much";
     EXPECT_THAT(refusalOf(regret, worse), HasSubstr("the regret of 'cost' is \"much\""));
-}
-
-/// Returns results with one run of a time.
-Json timed(const Json& times) {
-    Json run = {{"scene", "s"}, {"frame", 0}, {"label", "maps"}, {"method", "maps"}};
-    run.update(times);
-    return {{"provenance", {{"cpu", "c"}, {"commit", "1"}}},
-            {"experiment", {{"size", "1x1"}, {"title", "t"}}},
-            {"scenes", {{{"scene", "s"}, {"scene_hash", "h"}}}},
-            {"runs", Json::array({run})},
-            {"map_costs", Json::array()}};
 }
 
 Json measured(double time, double low, double high, double confidence) {

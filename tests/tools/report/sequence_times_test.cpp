@@ -31,6 +31,14 @@ TEST(SequenceTimes, RatiosToEmbreeAreOfTheSameFrameAndRound) {
     EXPECT_NEAR(times[1]["time_over_embree_confidence"].get<double>(), 0.875, 1e-12);
 }
 
+TEST(SequenceTimes, OfTwoConfigurationsOfEmbreeTheFirstIsTheBase) {
+    Json second = row("embree", 0, {10, 20});
+    second["label"] = "embree again";
+    const Json times = sequenceTimes({row("embree", 0, {1, 2}), row("maps", 0, {2, 4}), second});
+    EXPECT_EQ(times[1]["label"], "maps");
+    EXPECT_EQ(times[1]["time_over_embree"], 2.0);
+}
+
 TEST(SequenceTimes, WithoutEmbreeInEveryFrameThereIsNoRatio) {
     const Json none = sequenceTimes(Json::array({row("maps", 0, {2, 4})}));
     EXPECT_FALSE(none[0].contains("time_over_embree"));

@@ -37,10 +37,18 @@ TEST(Journal, AnotherComparesJournalIsRefused) {
                   std::string::npos)
             << error.what();
     }
-    EXPECT_EQ(firstDifference({{"a", 1}, {"b", {{"c", 2}}}}, {{"a", 1}, {"b", {{"c", 3}}}}),
+    EXPECT_EQ(differenceText({{"a", 1}, {"b", {{"c", 2}}}}, {{"a", 1}, {"b", {{"c", 3}}}}),
               "b.c was 2 and is 3");
-    EXPECT_EQ(firstDifference({{"a", 1}}, {{"a", 1}, {"b", "x"}}), "b was nothing and is \"x\"");
-    EXPECT_EQ(firstDifference({{"a", 1}, {"b", Json()}}, {{"a", 1}}), "");
+    EXPECT_EQ(differenceText({{"a", 1}}, {{"a", 1}, {"b", "x"}}), "b was nothing and is \"x\"");
+    EXPECT_EQ(differenceText({{"a", 1}, {"b", 2}, {"c", 3}}, {{"a", 1}, {"b", 3}, {"d", 4}}),
+              "b was 2 and is 3; c was 3 and is nothing; d was nothing and is 4");
+    Json before = Json::object(), now = Json::object();
+    for (const char name : std::string("abcdefghij")) {
+        before[std::string(1, name)] = 1;
+        now[std::string(1, name)] = 2;
+    }
+    EXPECT_TRUE(differenceText(before, now).ends_with("h was 1 and is 2; and 2 more"));
+    EXPECT_EQ(differenceText({{"a", 1}, {"b", Json()}}, {{"a", 1}}), "");
     for (const char* text : {"", "[]", "{\"key\": \"key\"}", "{\"key\": \"key\", \"parts\": 3}"}) {
         writeText(path, text);
         try {

@@ -20,7 +20,7 @@ def ratio_of(times, rows):
     if RATIO in times:
         return {key: times[key] for key in times if key.startswith(RATIO)}
     of_scene = [row for row in rows if row["scene"] == times["scene"]]
-    embree = {row["frame"]: row for row in of_scene if row["method"] == "embree"}
+    embree = {row["frame"]: row for row in reversed(of_scene) if row["method"] == "embree"}  # of two the first
     ratios = sorted(ratio for row in of_scene if row["label"] == times["label"] and row["frame"] in embree
                     for ratio in paired_ratios(row, embree[row["frame"]]))
     if len(ratios) != times["value_count"]:
