@@ -29,8 +29,6 @@
 
 namespace shadowdag::test {
 
-using Arguments = std::vector<std::string>;
-
 /// Returns how many times as much the tests do: SDAG_FAULT_ROUNDS in the environment, else 1.
 inline size_t faultRounds() {
     const char* const text = std::getenv("SDAG_FAULT_ROUNDS");

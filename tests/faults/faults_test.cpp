@@ -20,7 +20,6 @@
 namespace shadowdag {
 namespace {
 
-using test::Arguments;
 using testing::AnyOf;
 using testing::HasSubstr;
 
@@ -50,7 +49,7 @@ std::set<long> numbersOf(const Command& command, const std::string& call, long c
     constexpr long kFew = 12;
     if (isFullRun || (command.cost == Cost::kShort && count <= kFew))
         return test::someNumbers(count, size_t(count), random);
-    const size_t most = command.cost == Cost::kLong ? 1 : 3;
+    const size_t most = command.cost == Cost::kLong ? 1 : 2;
     return test::someNumbers(count, most * test::faultRounds(), random);
 }
 
@@ -70,11 +69,6 @@ Arguments raysOf(const std::string& size) {
 
 Arguments voxelizeOf(const std::string& resolution) {
     return {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution", resolution};
-}
-
-Arguments operator+(Arguments a, const Arguments& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
 }
 
 Arguments measureInto(const std::string& calibration, const std::string& observations) {
@@ -365,7 +359,7 @@ TEST_P(Faults, AKilledProcessLosesNothing) {
     const auto begin = std::chrono::steady_clock::now();
     stage.tryRun({});
     const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
-    const size_t count = (GetParam().cost == Cost::kLong ? 1 : 5) * test::faultRounds();
+    const size_t count = (GetParam().cost == Cost::kLong ? 1 : 3) * test::faultRounds();
     for (size_t i = 0; i < count && !HasFailure(); ++i) {
         stage.restore();
         const pid_t child = stage.start();

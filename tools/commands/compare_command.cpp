@@ -6,6 +6,7 @@
 #include "tools/commands/compare_parts.h"
 #include "tools/report/csv.h"
 #include "tools/report/report_package.h"
+#include "tools/report/results_identity.h"
 #include "tools/report/results_table.h"
 #include "tools/report/sequence_times.h"
 #include "tools/report/verdict.h"
@@ -134,6 +135,21 @@ void refuseFinished(const std::string& directory) {
                                                "to measure again, run without --resume");
 }
 
+/// Prints a note, before measuring, if this run will replace a report of another experiment.
+void noteReplaced(const std::string& directory, const Json& experiment, const Console& console) {
+    const Json old = readOwnJsonFile(directory + "/results.json");
+    const ResultsIdentity before = identityOf(old);
+    if (before.kind != "compare" || !before.experiment.is_object())
+        return;
+    Json now = {{"runs", Json::array()}, {"map_costs", Json::array()}, {"experiment", experiment}};
+    if (const std::string difference =
+            differenceText(before.experiment, identityOf(now).experiment);
+        !difference.empty())
+        console.note(
+            "the report in " + directory + " is of another experiment (" + difference +
+            "); this run replaces it when it is finished, so choose another -o to keep it");
+}
+
 /// Returns the resolutions of an experiment's DAGs.
 std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
     std::vector<uint32_t> resolutions;
@@ -150,9 +166,12 @@ bool usesVoxels(const Experiment& e) {
                        [](const RunParameters& run) { return run.usesVoxels(); });
 }
 
-/// Returns a warning for every scene and frame that has few pairs.
+/// Begins the warnings about frames and scenes that are not in the results.
+constexpr const char* kLeftOut = "left out: ";
+
+/// Returns the warnings of the findings, and one for every scene and frame that has few pairs.
 Json warningsOf(const CompareFindings& found) {
-    Json warnings = Json::array();
+    Json warnings = found.results["warnings"];
     for (const char* list : {"runs", "sequence_runs"})
         for (const Json& run : found.results[list]) {
             const Json text =
@@ -162,6 +181,20 @@ Json warningsOf(const CompareFindings& found) {
                 warnings.push_back(text);
         }
     return warnings;
+}
+
+/// Throws NothingToCompare if all frames were left out, of which the first warning tells.
+void requireRuns(const CompareFindings& found) {
+    const Json& warnings = found.results["warnings"];
+    if (!found.results["runs"].empty() || !found.results["sequence_runs"].empty() ||
+        warnings.empty())
+        return;
+    std::string text = warnings[0];
+    if (text.starts_with(kLeftOut))
+        text.erase(0, std::string_view(kLeftOut).size());
+    if (warnings.size() > 1)
+        text += "; " + std::to_string(warnings.size() - 1) + " more could not be compared either";
+    throw NothingToCompare(text);
 }
 
 /// Prints the verdict and the tables of the findings, writes the report into `partial`, moves it to
@@ -248,6 +281,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     options.global.apply(console, false, false);
     const ReportPackage package(!options.noCharts, console);
     CompareFindings found = joinParts(options.scenes);
+    requireRuns(found);
     for (const std::string& directory : options.scenes)
         if (fs::weakly_canonical(directory) == fs::weakly_canonical(options.output))
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
@@ -396,6 +430,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 
+    noteReplaced(options.output, experimentJson, console);
+
     Json provenance = buildProvenance(backend);
     provenance["experiment_hash"] = textHash(jsonLine(experimentJson));
     provenance["seed"] = experiment.lightSeed;
@@ -417,6 +453,10 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         console.note("resume: " + remark);
 
     CompareFindings found(provenance, experimentJson);
+    const auto leaveOut = [&](const std::string& why) {
+        found.results["warnings"].push_back(kLeftOut + why);
+        console.note("warning: " + (kLeftOut + why));
+    };
     for (size_t i = 0; i < names.size(); ++i) {
         if (!share.has(experiment, i))
             continue;
@@ -442,6 +482,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         context.allowsStaleCosts = options.common.allowStale;
         context.console = &console;
         context.journal = &journal;
+        context.onLeftOut = leaveOut;
         for (uint32_t view = 0; view < experiment.viewCount; ++view) {
             context.frames = share.frames(experiment, i, view);
             if (context.frames.empty())
@@ -453,14 +494,26 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             const LoadedScene& scene = workspace.scene();
             ofView.thresholds = thresholdsOn(workspace, experiment);
             const std::vector<RunParameters> runs = configurations(ofView, resolutions, fullCount);
-            if (runs.empty())
-                throw Error(ErrorKind::kInput,
-                            scene.name + ": all its maps require the same resolution, so that no "
-                                         "threshold routes a part of them; compare with dag and "
-                                         "maps, or give --thresholds or --model");
             context.progress = console.progress("compare " + scene.name);
-            found.add(experiment.isSequence ? measureSequence(workspace, ofView, runs, context)
-                                            : measureScene(workspace, ofView, runs, context));
+            try {
+                if (runs.empty())
+                    throw NothingToCompare(scene.name +
+                                           ": all its maps require the same resolution, so that no "
+                                           "threshold routes a part of them; compare with dag and "
+                                           "maps, or give --thresholds or --model");
+                SceneMeasurement measured = experiment.isSequence
+                                                ? measureSequence(workspace, ofView, runs, context)
+                                                : measureScene(workspace, ofView, runs, context);
+                const bool isLeftOut = measured.runs.empty() && measured.sequenceRuns.empty();
+                found.add(std::move(measured));
+                if (isLeftOut)
+                    continue;
+            } catch (const NothingToCompare& error) {
+                leaveOut(error.what() + std::string(experiment.isSequence
+                                                        ? "; a sequence needs all its frames"
+                                                        : ""));
+                continue;
+            }
             found.results["scenes"].push_back(
                 {{"scene", scene.name},
                  {"scene_hash", scene.geometryHash},
@@ -471,6 +524,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                  {"light_count", scene.world->lights().size()}});
         }
     }
+    if (options.part.empty()) // a part may have no other frames
+        requireRuns(found);
     if (options.part.empty())
         publish(options, found, *package, start, console);
     else

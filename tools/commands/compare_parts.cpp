@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kMachineKeys[] = {"cpu",    "processor_count", "memory_bytes", "system",
                                         "device", "driver",          "thread_count"};
 
-const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images"};
+const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images", "warnings"};
 
 void append(Json& to, const Json& from) {
     to.insert(to.end(), from.begin(), from.end());
@@ -86,6 +86,8 @@ void checkContent(const std::string& path, const std::string& directory, const J
     // The data that the report needs are checked here, where the name of their file is known.
     runsCsv(part.at("runs"));
     flatCsv(part.at("lights"));
+    for (const Json& warning : part.at("warnings"))
+        static_cast<void>(warning.get<std::string>());
     std::ostringstream table;
     printRuns(table, part["runs"]);
     for (const Json& run : part["runs"]) {
@@ -270,8 +272,9 @@ CompareFindings joinParts(const std::vector<std::string>& directories) {
         for (const char* list : kLists)
             for (const Json& entry : part[list]) {
                 Json& to = all.results[list];
-                // A scene with frames in two parts is listed once.
-                if (list != kLists[0] || to.empty() || to.back() != entry)
+                // A scene with frames in two parts is listed once, and what is said of it.
+                const bool isOfScene = list == kLists[0] || std::string(list) == "warnings";
+                if (!isOfScene || std::find(to.begin(), to.end(), entry) == to.end())
                     to.push_back(entry);
             }
         append(all.lights, part["lights"]);

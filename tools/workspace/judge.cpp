@@ -2,6 +2,7 @@
 #include "tools/workspace/judge.h"
 
 #include "cuda/error.h"
+#include "cuda/macros.h"
 #include "cuda/parallel_for.h"
 
 #include <nlohmann/json.hpp>
@@ -91,13 +92,13 @@ Adjudication adjudicate(const World& world, const PairResults& answers,
 }
 
 std::vector<uint64_t> wrongPairsOfExactRays(const PairResults& answers,
-                                      const std::vector<uint8_t>& truthVisibility) {
+                                            const std::vector<uint8_t>& truthVisibility) {
     std::vector<uint64_t> wrong;
-    if (answers.method.rays.options.believesNone())
-        for (uint64_t p = 0; p < answers.frame.visibility.size(); ++p)
-            if (answers.frame.pairServer[p].by() == ServedBy::kRays &&
-                (answers.frame.visibility[p] < kHalfLit) != (truthVisibility[p] < kHalfLit))
-                wrong.push_back(p);
+    SDAG_ASSERT(answers.method.rays.options.believesNone());
+    for (uint64_t p = 0; p < answers.frame.visibility.size(); ++p)
+        if (answers.frame.pairServer[p].by() == ServedBy::kRays &&
+            (answers.frame.visibility[p] < kHalfLit) != (truthVisibility[p] < kHalfLit))
+            wrong.push_back(p);
     return wrong;
 }
 
@@ -120,11 +121,10 @@ std::string remedyOfDarkView(bool arePlacedLights) {
 
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights) {
     if (pairCount == 0)
-        throw Error(ErrorKind::kInput,
-                    view +
-                        ": no light reaches what the camera sees, so there is nothing to "
-                        "compare" +
-                        remedyOfDarkView(arePlacedLights));
+        throw NothingToCompare(view +
+                               ": no light reaches what the camera sees, so there is nothing to "
+                               "compare" +
+                               remedyOfDarkView(arePlacedLights));
     if (pairCount >= kFewPairCount)
         return "";
     return view + ": has only " + std::to_string(pairCount) +

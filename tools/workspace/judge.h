@@ -3,6 +3,7 @@
 // shared by all configurations, because pairs depend on view and lights alone.
 #pragma once
 
+#include "cuda/error.h"
 #include "hybrid/judge/adjudicator.h"
 #include "hybrid/judge/error.h"
 #include "tools/workspace/workspace.h"
@@ -43,8 +44,14 @@ uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer);
 /// Shares of errors over fewer pairs are not reliable: one pair is more than 0.1 %.
 inline constexpr uint64_t kFewPairCount = 1000;
 
-/// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws Error kInput
-/// if it has none, because nothing can be compared. @param view the scene's name, its view or frame
+/// Thrown (kInput) for a view without anything to compare; other views may still be comparable.
+class NothingToCompare : public Error {
+public:
+    explicit NothingToCompare(const std::string& message) : Error(ErrorKind::kInput, message) {}
+};
+
+/// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws
+/// NothingToCompare if it has none. @param view the scene's name, its view or frame
 /// @param arePlacedLights the remedy is then another camera alone
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount,
                             bool arePlacedLights = false);
@@ -79,8 +86,8 @@ struct Adjudication {
 Adjudication adjudicate(const World& world, const PairResults& answers,
                         const std::vector<uint64_t>& wrong);
 
-/// Returns the pairs that a frame's triangles decided and the truth answers the other way: of rays
-/// that believe no voxel, without those of maps and proofs.
+/// Returns the pairs that a frame's triangles decided and the truth answers the other way, without
+/// those of maps and proofs. @param answers of a frame whose rays believe no voxel
 std::vector<uint64_t> wrongPairsOfExactRays(const PairResults& answers,
                                             const std::vector<uint8_t>& truthVisibility);
 

@@ -30,6 +30,12 @@ bool wantsMapCosts(const RunParameters& run, bool measuresMapCosts) {
            makeCostModel(run.model)->needsCosts();
 }
 
+/// Receives progress, in units of about one rendered frame.
+using Steps = std::function<void(size_t count)>;
+/// How many frames take about as long as the truth, as judging a configuration, and as measuring
+/// the costs of all maps: estimates for the display alone.
+constexpr size_t kTruthSteps = 10, kAnswerSteps = 10, kCostSteps = 20;
+
 /// One frame of one scene: the truth once, then every configuration.
 class FrameMeasurement {
 public:
@@ -40,18 +46,29 @@ public:
           experiment_(experiment), runs_(runs), context_(context),
           part_(scene_.geometryHash + "/" + scene_.name + "/" + std::to_string(frame) + "/") {}
 
-    void measure(bool withPictures, const std::function<void()>& step, SceneMeasurement& out) {
+    void measure(bool withPictures, size_t costSteps, const Steps& step, SceneMeasurement& out) {
         camera_ = workspace_.camera();
         withPictures_ = withPictures;
         if (!isDone())
             prepareTruth();
-        measureCosts(step, out);
+        step(kTruthSteps);
+        measureCosts(out);
+        step(costSteps);
         for (const RunParameters& run : runs_) {
             answer(run);
-            step();
+            step(kAnswerSteps);
         }
         measureTimes(step);
         collect(out);
+    }
+
+    /// Adds that no map of the frame has costs, so that the costs of all frames can be replayed.
+    void addNoCosts(SceneMeasurement& out) const {
+        FrameCosts none;
+        none.frame = frame_;
+        for (const RunParameters& run : runs_)
+            if (usesMapCosts(runs_) && wantsMapCosts(run, context_.measuresMapCosts))
+                out.costs[{scene_.name, frame_, run.frame.start}] = {none, conditions()};
     }
 
 private:
@@ -108,7 +125,7 @@ private:
 
     /// Measures the cost of every map by rays and by map alone, of every start of a frame that is
     /// of use, or takes the given costs.
-    void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
+    void measureCosts(SceneMeasurement& out) {
         std::map<FrameStart, RunParameters> wanted;
         const RunParameters* rays = firstRun(&RunParameters::usesRays);
         if (rays != nullptr && firstRun(&RunParameters::usesMaps) != nullptr)
@@ -131,7 +148,6 @@ private:
                                   ? findCosts(*context_.costs, context_.costsPath, key).of
                                   : conditions()};
         }
-        step();
     }
 
     Json conditions() const {
@@ -259,21 +275,20 @@ private:
                             workspace_.world().lights(), camera_, width, height));
     }
 
-    void measureTimes(const std::function<void()>& step) {
+    void measureTimes(const Steps& step) {
         if (part(context_.times) != nullptr) {
             const int rounds = experiment_.warmups + experiment_.repeats;
-            for (int i = 0; i < rounds * int(runs_.size()); ++i)
-                step();
+            step(size_t(rounds) * runs_.size());
             return;
         }
         const CpuUse use;
         const std::vector<Timing> timings =
             timeInTurn(runs_.size(), experiment_.warmups, experiment_.repeats, [&](size_t i) {
                 const FrameResult frame = render(runs_[i], false);
-                step();
+                step(1);
                 return RunTimes(frame.stages, frame.wallMs);
             });
-        const double otherCpuShare = use.otherShare();
+        const Json otherCpuShare = otherShareJson(use.otherShare());
         const auto embree = std::find_if(runs_.begin(), runs_.end(), [](const RunParameters& run) {
             return methodOf(run.method).needs().embree;
         });
@@ -360,12 +375,15 @@ SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment
                               const std::vector<RunParameters>& runs,
                               const MeasureContext& context) {
     SceneMeasurement out;
+    const size_t costSteps =
+        usesMapCosts(runs) && context.measuresMapCosts && !context.costs ? kCostSteps : 0;
     const size_t stepsAFrame =
-        1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
+        kTruthSteps + costSteps +
+        runs.size() * (kAnswerSteps + size_t(experiment.warmups + experiment.repeats));
     const double stepCount = double(stepsAFrame * context.frames.size());
     size_t stepsDone = 0;
-    const auto step = [&] {
-        ++stepsDone;
+    const auto step = [&](size_t count) {
+        stepsDone += count;
         if (context.progress)
             context.progress(double(stepsDone) / stepCount);
     };
@@ -377,8 +395,18 @@ SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment
     for (const uint32_t frame : context.frames) {
         workspace.setTime(experiment.timeOfFrame(frame));
         FrameMeasurement measurement(workspace, judge, frame, experiment, runs, context);
-        measurement.measure(context.writesPictures && frame == experiment.frames.front(), step,
-                            out);
+        const size_t stepsBefore = stepsDone;
+        try {
+            measurement.measure(context.writesPictures && frame == experiment.frames.front(),
+                                costSteps, step, out);
+        } catch (const NothingToCompare& error) {
+            if (!context.onLeftOut)
+                throw;
+            context.onLeftOut(error.what());
+            measurement.addNoCosts(out);
+            stepsDone = stepsBefore;
+            step(stepsAFrame);
+        }
         judge.forget();
     }
     return out;

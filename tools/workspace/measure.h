@@ -38,6 +38,9 @@ struct MeasureContext {
     bool measuresMapCosts = true;
     /// The name of a frame's times in the journal; another name measures them again.
     std::string times = "times";
+    /// Receives a message for each frame without pairs, which measureScene leaves out; if empty,
+    /// the first such frame throws NothingToCompare, as it always does in measureSequence.
+    std::function<void(const std::string&)> onLeftOut;
     /// Receives every frame's and configuration's runs after they were timed; may be empty.
     std::function<void(uint32_t frame, const RunParameters&, const Timing&)> onTiming;
 };

@@ -15,7 +15,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 constexpr uint64_t kMiB = uint64_t(1) << 20;
 

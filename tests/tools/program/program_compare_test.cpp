@@ -24,7 +24,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 const std::string kAtrium = "builtin:atrium";
 
@@ -36,6 +35,11 @@ Arguments tinyCompare(const std::string& output,
             "48x27",       "--resolution", "64", "--thresholds", "0,16,inf",
             "--no-charts", "--repeats",    "1",  "--warmups",    "0",
             "--json"};
+}
+
+/// Returns a compare that takes seconds.
+Arguments slowCompare(const std::string& report) {
+    return tinyCompare(report, kAtrium) + Arguments{"--lights", "8"};
 }
 
 /// Returns the text as it stands in a page.
@@ -247,7 +251,7 @@ TEST(Compare, OneAndTwoThreadsAgreeInAllButTimes) {
     std::string pictures[2];
     for (int i = 0; i < 2; ++i) {
         const std::string report = directory / ("report" + std::to_string(i));
-        Arguments arguments = tinyCompare(report, kAtrium);
+        Arguments arguments = slowCompare(report);
         arguments.insert(arguments.end(), {"--threads", std::to_string(i + 1),
                                            "--no-oracle"}); // an oracle routes by times
         const ProgramResult result = runShadowdag(directory, arguments);
@@ -319,7 +323,7 @@ TEST(Compare, CostsOfAnotherSceneSizeCameraOrLightsAreRefusedUnlessAllowed) {
 TEST(Compare, AKilledRunLeavesNoPartialResultsAndIsResumed) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    Arguments arguments = tinyCompare(report, kAtrium);
+    Arguments arguments = slowCompare(report);
     ASSERT_EQ(runShadowdag(directory, arguments).status, 0);
     const std::string old = readText(report + "/results.json");
 
@@ -357,8 +361,8 @@ TEST(Compare, AKilledRunLeavesNoPartialResultsAndIsResumed) {
 TEST(Compare, AResumedRunMeasuresAgainWhatLostItsPictures) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report", journal = report + "/partial/journal.json";
-    Arguments arguments = tinyCompare(report, kAtrium);
-    arguments.insert(arguments.end(), {"--frames", "0:5"});
+    Arguments arguments = slowCompare(report);
+    arguments.insert(arguments.end(), {"--frames", "0:2"});
     const pid_t child = startProgram(directory, arguments, directory / "out", directory / "err");
     for (int i = 0; i < 3000 && readText(journal).find("/times") == std::string::npos; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -446,7 +450,7 @@ TEST(Compare, ATitleThatIsNotUtf8IsEscaped) {
 TEST(Compare, AnInterruptEndsWithTheSignalAndNoPartialFiles) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    Arguments arguments = tinyCompare(report, kAtrium);
+    Arguments arguments = slowCompare(report);
     for (std::string& argument : arguments)
         if (argument == "48x27")
             argument = "320x180";
@@ -469,7 +473,7 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNoPartialFiles) {
 TEST(Compare, AnInterruptAdvisesToResumeOnlyWhereThatGoesOn) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report", journal = report + "/partial/journal.json";
-    Arguments compare = tinyCompare(report, kAtrium);
+    Arguments compare = slowCompare(report);
     std::replace(compare.begin(), compare.end(), std::string("48x27"), std::string("320x180"));
     const std::pair<Arguments, Arguments> commands[] = {
         {tinyCompare(report), compare},
@@ -504,7 +508,7 @@ TEST(Compare, AFailureAfterFinishedPartsAdvisesToResume) {
     const std::string report = directory / "report";
     for (const int blocks : {1, 48}) {
         const ProgramResult result = runShadowdag(
-            directory, tinyCompare(report, kAtrium),
+            directory, slowCompare(report),
             {"/bin/bash", "-c", "ulimit -f " + std::to_string(blocks) + "; exec \"$@\"", "bash"});
         EXPECT_EQ(result.status, 3);
         EXPECT_EQ(result.err.find("run the same command with --resume") != std::string::npos,
@@ -512,7 +516,7 @@ TEST(Compare, AFailureAfterFinishedPartsAdvisesToResume) {
             << result.err;
         EXPECT_EQ(std::filesystem::exists(report + "/partial"), blocks == 48);
     }
-    Arguments again = tinyCompare(report, kAtrium);
+    Arguments again = slowCompare(report);
     again.emplace_back("--resume");
     EXPECT_EQ(runShadowdag(directory, again).status, 0);
 }
@@ -582,6 +586,74 @@ TEST(Compare, ANewReportReplacesTheOldOneCompletely) {
     EXPECT_EQ(filesBelow(report).size(), count);
     EXPECT_FALSE(std::filesystem::exists(report + "/images/stray.png"));
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
+    EXPECT_THAT(result.err, testing::Not(HasSubstr("of another experiment")));
+    Arguments other = arguments;
+    std::replace(other.begin(), other.end(), std::string("48x27"), std::string("64x36"));
+    EXPECT_THAT(runShadowdag(directory, other).err,
+                HasSubstr("the report in " + report +
+                          " is of another experiment (size was "
+                          "\"48x27\" and is \"64x36\"); this run replaces it"));
+}
+
+// The range of the light of the second scene ends before any surface.
+TEST(Compare, FramesWithoutPairsAreLeftOutBesideOthers) {
+    const TemporaryDirectory directory;
+    const std::string dark = directory / "dark.glb", report = directory / "report",
+                      lit = "builtin:fail-contact";
+    Scene scene = makeBuiltin("fail-contact");
+    for (LightSource& light : scene.lights)
+        light.rangeWorld = 1e-3f;
+    writeGlb(scene, dark);
+    const auto compare = [&](const std::vector<std::string>& scenes, const std::string& output,
+                             const Arguments& more) {
+        Arguments arguments = {"compare",   "-o", output,         "--size", "32x18",
+                               "--repeats", "1",  "--resolution", "64",     "--no-charts"};
+        arguments.insert(arguments.end(), scenes.begin(), scenes.end());
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runShadowdag(directory, arguments);
+    };
+    const auto expectLitAlone = [&](const std::string& why) {
+        const Json results = Json::parse(readText(report + "/results.json"));
+        ASSERT_EQ(results["scenes"].size(), 1u);
+        EXPECT_EQ(results["scenes"][0]["scene"], lit);
+        EXPECT_EQ(results["warnings"][0], "left out: dark.glb, frame 0: no light reaches what the "
+                                          "camera sees, so there is nothing to compare; give "
+                                          "another --camera, as in --camera auto, or place more "
+                                          "lights with --lights" +
+                                              why);
+    };
+    const Arguments methods = {"--methods", "dag,maps,hybrid", "--thresholds", "16"};
+    const ProgramResult both = compare({lit, dark}, report, methods);
+    ASSERT_EQ(both.status, 0) << both.err;
+    EXPECT_THAT(both.err, HasSubstr("warning: left out: dark.glb, frame 0"));
+    expectLitAlone("");
+    // Its own costs can be replayed.
+    std::filesystem::copy(report + "/costs.json", directory / "costs.json");
+    const ProgramResult replayed =
+        compare({lit, dark}, report, methods + Arguments{"--costs", directory / "costs.json"});
+    EXPECT_EQ(replayed.status, 0) << replayed.err;
+
+    for (const char* part : {"1", "2"}) {
+        const ProgramResult done = compare({lit, dark}, directory / part,
+                                           methods + Arguments{"--part", std::string(part) + "/2"});
+        EXPECT_EQ(done.status, 0) << done.err;
+        EXPECT_EQ(done.err.find("left out: dark.glb") != std::string::npos, *part == '2');
+    }
+    const ProgramResult joined =
+        runShadowdag(directory, {"compare", "--join", directory / "1", directory / "2", "-o",
+                                 report, "--no-charts"});
+    EXPECT_EQ(joined.status, 0) << joined.err;
+    expectLitAlone("");
+    EXPECT_EQ(compare({dark}, directory / "all", methods + Arguments{"--part", "1/1"}).status, 0);
+    expectRefused(directory, {{{"compare", "--join", directory / "all", "-o", report},
+                               2,
+                               "dark.glb, frame 0: no light reaches"}});
+
+    const ProgramResult sequence =
+        compare({lit, dark}, report,
+                {"--sequence", "--frames", "0:1", "--methods", "dag,maps", "--warmups", "0"});
+    ASSERT_EQ(sequence.status, 0) << sequence.err;
+    expectLitAlone("; a sequence needs all its frames");
 }
 
 TEST(Compare, AnInterruptedSwapKeepsTheOldReport) {

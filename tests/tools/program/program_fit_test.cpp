@@ -10,7 +10,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 /// A space of some tens of models on a failure scene, for bytes: nothing depends on time.
 Arguments tinyFit(const std::string& output, const Arguments& more = {}) {

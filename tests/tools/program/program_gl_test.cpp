@@ -17,7 +17,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 /// The program where EGL finds no driver.
 const Arguments kNoEgl{"/usr/bin/env", "__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere.json"};

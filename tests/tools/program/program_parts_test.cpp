@@ -14,7 +14,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 /// Two scenes of two views and two frames: eight frames to share out. Something moves in the first,
 /// whose cameras are placed.
@@ -40,11 +39,6 @@ Arguments tinyCompare(const std::string& output) {
             "--views",
             "2",
             "--json"};
-}
-
-Arguments operator+(Arguments a, const Arguments& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
 }
 
 Json withoutTimes(const std::string& path) {

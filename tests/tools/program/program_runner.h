@@ -25,6 +25,14 @@ extern char** environ;
 
 namespace shadowdag {
 
+/// The words after the program's name.
+using Arguments = std::vector<std::string>;
+
+inline Arguments operator+(Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
 struct ProgramResult {
     int status = -1; ///< exit status; 128 + signal when killed
     std::string out;

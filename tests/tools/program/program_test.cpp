@@ -29,7 +29,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-using Arguments = std::vector<std::string>;
 
 /// Returns one channel of a picture of 32 x 18, as floats; fails where size or channel differ.
 std::vector<float> readChannel(const std::string& path, const char* channel) {
@@ -50,11 +49,6 @@ std::vector<float> readChannel(const std::string& path, const char* channel) {
 /// The smallest scene that the tests use.
 const std::string kScene = "builtin:atrium";
 const Arguments kSmall = {"--size", "32x18", "--resolution", "64"};
-
-Arguments operator+(Arguments a, const Arguments& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
 
 } // namespace
 
@@ -267,7 +261,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          "run"},
         {{"compare", "-o", dir, "--experiment", directory / "unread.json"},
          2,
-         "unread.json: key \"resolutions\" is for methods that trace rays"},
+         "unread.json: key \"resolutions\" is for methods dag and hybrid"},
         {{"compare", "-o", dir, "--experiment", directory / "unknown.json"},
          2,
          "unknown.json: there is no built-in scene 'nothing'"},

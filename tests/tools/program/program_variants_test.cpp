@@ -11,7 +11,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 Arguments tiny(const std::string& output, const Arguments& more) {
     Arguments arguments{"compare", "builtin:atrium", "-o", output,  "--size", "48x27", "--repeats",
@@ -232,7 +231,7 @@ TEST(ProgramVariants, UnusedOptionsAreRefused) {
           "Hybrid"},
          {compare({"--variants", "PMCD,CFM", "--lod", "1"}), 1, "--lod is for rays"},
          {compare({"--variants", "PMCD", "--resolution", "64"}), 1,
-          "--resolution is for methods that trace rays, which --variants leaves out"},
+          "--resolution is for methods dag and hybrid, which --variants leaves out"},
          {compare({"--methods", "embree,maps", "--resolution", "64"}), 1, "which --methods leaves"},
          {compare({"--variants", "RT", "--pool", "64M"}), 1,
           "--pool is for methods that draw maps, which --variants leaves out"},
@@ -258,7 +257,7 @@ TEST(ProgramVariants, UnusedOptionsAreRefused) {
          {{"compare", "-o", directory / "out", "--experiment", file, "--voxels",
            directory / "none.svdag"},
           1,
-          "--voxels is for methods that trace rays, which " + file},
+          "--voxels is for methods dag and hybrid, which " + file},
          {{"compare", "-o", directory / "out", "--experiment", file, "--route-margin", "1"},
           1,
           "--route-margin and --experiment contradict"},

@@ -17,7 +17,6 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using Arguments = std::vector<std::string>;
 
 const std::string kScene = "builtin:atrium";
 
