@@ -35,6 +35,10 @@ constexpr KnownKind kKnownKinds[] = {
     {"an STL file", "", ".stl", true},
     {"a 3DS file", "", ".3ds", true},
     {"a material library; name the .obj file that uses it", "", ".mtl", false},
+    {"a set of rays, which shadowdag rays reads", "SDAGRAYS", ".rays", false},
+    {"a tracer's answers, which shadowdag rays --answer reads", "SDAGANSW", ".answers", false},
+    {"a file of numpy arrays; shadowdag rays reads sets of rays and answers in such files", "",
+     ".npz", false},
     {"a ZIP archive; unpack it and name the .glb or .gltf inside", "PK\3\4", ".zip", false},
     {"compressed by gzip; unpack it first", "\x1f\x8b", ".gz", false},
 };

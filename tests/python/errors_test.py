@@ -85,7 +85,7 @@ class Errors(unittest.TestCase):
                 ({"metod": "dag"}, 'unknown key "metod"; the keys are allow_stale, beams_mib, believe, bias, camera'),
                 ({"method": "rays"}, "'rays': must be one of dag, maps, hybrid, embree"),
                 ({"method": "dag", "taps": 4}, '"taps" is for methods that draw maps, not for \'dag\'; drop it'),
-                ({"method": "maps", "believe": "all"}, '"believe" is for methods that trace rays'),
+                ({"method": "maps", "believe": "all"}, '"believe" is for methods dag and hybrid'),
                 ({"method": "dag", "offset": 2}, "that believes none; add"),
                 ({"method": "dag", "model": "cost"}, '"model" is for method hybrid'),
                 ({"model": "guess"}, "unknown cost model 'guess'"),

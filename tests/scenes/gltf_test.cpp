@@ -627,6 +627,9 @@ TEST(Gltf, FilesOfOtherKindsAreNamedWithHowToConvertThem) {
                  {"a.3DS", "MM", "a 3DS file", true},
                  {"a.dae", "<?xml version=\"1.0\"?>", "an XML file, such as COLLADA", true},
                  {"a.zip", "PK\3\4", "a ZIP archive; unpack it", false},
+                 {"a.npz", "PK\3\4", "a file of numpy arrays", false},
+                 {"a.bin", "SDAGRAYS\1", "a set of rays, which shadowdag rays reads", false},
+                 {"a.bin", "SDAGANSW\1", "a tracer's answers", false},
                  {"a.mtl", "newmtl red", "a material library", false}};
     for (const auto& c : cases) {
         const std::string message = messageOf(c.file, c.content);

@@ -94,9 +94,9 @@ void refuseLods(const std::vector<RunParameters>& runs) {
                             "': a number for --believe bounds how far voxels displace a shadow, "
                             "but with --lod rays meet larger cells; use --believe all, or drop "
                             "--lod");
-        if (run.usesVoxels() && run.frame.rays.lod == LodRule::kFixed && run.resolution > 0 &&
-            (run.resolution >> run.frame.rays.level) == 0)
-            throw Error(ErrorKind::kUsage, "--lod '" + std::to_string(run.frame.rays.level) +
+        if (run.usesVoxels() && rays.lod == LodRule::kFixed && run.resolution > 0 &&
+            (run.resolution >> rays.level) == 0)
+            throw Error(ErrorKind::kUsage, "--lod '" + std::to_string(rays.level) +
                                                "': " + std::to_string(run.resolution) +
                                                "^3 voxels have levels 0 to " +
                                                std::to_string(std::countr_zero(run.resolution)) +

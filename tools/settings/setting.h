@@ -18,8 +18,8 @@ namespace shadowdag {
 /// Which configurations read a setting.
 enum class ReadBy : uint8_t {
     kAll,         ///< every one, or the run itself
-    kRays,        ///< methods that trace rays
-    kExactRays,   ///< methods that trace rays and believe no voxel
+    kRays,        ///< methods dag and hybrid
+    kExactRays,   ///< methods dag and hybrid with --believe none
     kVoxels,      ///< what uses voxels
     kVoxelsAlone, ///< methods that trace every light through voxels
     kMaps,        ///< methods that draw maps

@@ -21,7 +21,7 @@ struct Readers {
 };
 
 constexpr Readers kReaders[] = {
-    {ReadBy::kRays, "methods that trace rays", "dag or hybrid", "RT or Hybrid"},
+    {ReadBy::kRays, "methods dag and hybrid", "dag or hybrid", "RT or Hybrid"},
     {ReadBy::kExactRays, "rays that believe no voxel", "dag or hybrid with --believe none",
      "RT or Hybrid"},
     {ReadBy::kVoxels, "rays through voxels", "dag or hybrid with --believe all", "RT or Hybrid"},
