@@ -107,8 +107,9 @@ jobs() {
 
 # compile PRESET [cmake --build argument...] builds what is configured.
 compile() {
-    # Objects of one preset serve another: the compiler cache does not look at the folder.
-    export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
+    # Objects of one preset serve another: the compiler cache does not look at the folder. It takes what a source includes
+    # from the compiler, which does not run a second time for it.
+    export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1} CCACHE_DEPEND=${CCACHE_DEPEND:-1}
     cmake --build --preset "$1" --parallel "$(jobs)" "${@:2}"
 }
 

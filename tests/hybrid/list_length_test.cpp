@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 namespace shadowdag::test {
 namespace {
@@ -48,45 +49,45 @@ protected:
 };
 
 TEST_P(GuessedListsOn, GiveTheFramesOfReadLengths) {
-    for (const char* model : {"texels:0", "texels:48"})
-        for (const size_t spare : {size_t(1), kRoomForAll})
-            for (const ClusterBounds bounds : {ClusterBounds::kTight, ClusterBounds::kExplicit}) {
-                FrameOptions options = smallFrame();
-                options.width = 112;
-                options.height = 72;
-                options.maxFaceTexels = 64; // lists are of pages and triangles, not of texels
-                options.clusterBounds = bounds;
-                options.maps.useAtomicRasterizer = spare == 1; // as a device draws
-                FrameRenderer asking(GetParam(), world, dag), guessing(GetParam(), world, dag);
-                asking.guessLengths(false);
-                guessing.guessLengths(true, spare);
-                uint64_t rerunCount = 0;
-                size_t step = 0;
-                for (const Camera& camera : path()) {
-                    SCOPED_TRACE(testing::Message() << model << ", spare " << spare << ", bounds "
-                                                    << int(bounds) << ", step " << step++);
-                    const FrameResult a = asking.render(camera, *makeCostModel(model), options);
-                    const FrameResult g = guessing.render(camera, *makeCostModel(model), options);
-                    EXPECT_EQ(a.counts.listRerunCount, 0u);
-                    rerunCount += g.counts.listRerunCount;
-                    EXPECT_EQ(a.color, g.color);
-                    EXPECT_EQ(a.visibility, g.visibility);
-                    EXPECT_EQ(a.pairs.light, g.pairs.light);
-                    EXPECT_EQ(a.pairServer, g.pairServer);
-                    EXPECT_EQ(a.counts.sampleCount, g.counts.sampleCount);
-                    EXPECT_EQ(a.counts.clusterCount, g.counts.clusterCount);
-                    EXPECT_EQ(a.counts.clusterLightCount, g.counts.clusterLightCount);
-                    EXPECT_EQ(a.counts.prunedClusterLightCount, g.counts.prunedClusterLightCount);
-                    EXPECT_EQ(a.counts.maps.batchFaceCount, g.counts.maps.batchFaceCount);
-                    EXPECT_EQ(a.counts.maps.triangleDrawCount, g.counts.maps.triangleDrawCount);
-                    EXPECT_EQ(a.counts.maps.batchFaceKeptCount, g.counts.maps.batchFaceKeptCount);
-                    EXPECT_EQ(asking.clusters().count(), guessing.clusters().count());
-                    EXPECT_EQ(asking.clusterLights().lights.count,
-                              guessing.clusterLights().lights.count);
-                }
-                // From little room many frames are made again, and never with all the room.
-                EXPECT_EQ(rerunCount > 0, spare < kRoomForAll) << model << ", " << spare;
+    for (const size_t spare : {size_t(1), kRoomForAll})
+        for (const auto& [model, bounds] : {std::pair("texels:0", ClusterBounds::kTight),
+                                            std::pair("texels:48", ClusterBounds::kExplicit)}) {
+            FrameOptions options = smallFrame();
+            options.width = 112;
+            options.height = 72;
+            options.maxFaceTexels = 64; // lists are of pages and triangles, not of texels
+            options.clusterBounds = bounds;
+            options.maps.useAtomicRasterizer = spare == 1; // as a device draws
+            FrameRenderer asking(GetParam(), world, dag), guessing(GetParam(), world, dag);
+            asking.guessLengths(false);
+            guessing.guessLengths(true, spare);
+            uint64_t rerunCount = 0;
+            size_t step = 0;
+            for (const Camera& camera : path()) {
+                SCOPED_TRACE(testing::Message() << model << ", spare " << spare << ", bounds "
+                                                << int(bounds) << ", step " << step++);
+                const FrameResult a = asking.render(camera, *makeCostModel(model), options);
+                const FrameResult g = guessing.render(camera, *makeCostModel(model), options);
+                EXPECT_EQ(a.counts.listRerunCount, 0u);
+                rerunCount += g.counts.listRerunCount;
+                EXPECT_EQ(a.color, g.color);
+                EXPECT_EQ(a.visibility, g.visibility);
+                EXPECT_EQ(a.pairs.light, g.pairs.light);
+                EXPECT_EQ(a.pairServer, g.pairServer);
+                EXPECT_EQ(a.counts.sampleCount, g.counts.sampleCount);
+                EXPECT_EQ(a.counts.clusterCount, g.counts.clusterCount);
+                EXPECT_EQ(a.counts.clusterLightCount, g.counts.clusterLightCount);
+                EXPECT_EQ(a.counts.prunedClusterLightCount, g.counts.prunedClusterLightCount);
+                EXPECT_EQ(a.counts.maps.batchFaceCount, g.counts.maps.batchFaceCount);
+                EXPECT_EQ(a.counts.maps.triangleDrawCount, g.counts.maps.triangleDrawCount);
+                EXPECT_EQ(a.counts.maps.batchFaceKeptCount, g.counts.maps.batchFaceKeptCount);
+                EXPECT_EQ(asking.clusters().count(), guessing.clusters().count());
+                EXPECT_EQ(asking.clusterLights().lights.count,
+                          guessing.clusterLights().lights.count);
             }
+            // From little room many frames are made again, and never with all the room.
+            EXPECT_EQ(rerunCount > 0, spare < kRoomForAll) << model << ", " << spare;
+        }
 }
 
 TEST_P(GuessedListsOn, AreMadeOnceForAStaticCamera) {
