@@ -75,6 +75,21 @@ def error_axis(axes, low, high, zero_size=None, has_zero=True, **ticks):
                       va="center", fontsize=zero_size)
 
 
+def labels_that_fit(axes):
+    """Returns which labels of the x axis can stand without touching: the first, the last, and from the left what leaves space."""
+    axes.figure.canvas.draw()  # only now do they have their places
+    renderer = axes.figure.canvas.get_renderer()
+    boxes = [label.get_window_extent(renderer) for label in axes.get_xticklabels()]
+    space = 2 * axes.figure.dpi / 72
+    fits = {0, len(boxes) - 1}
+    right = boxes[0].x1
+    for i in range(1, len(boxes) - 1):
+        if boxes[i].x0 > right + space and boxes[i].x1 + space < boxes[-1].x0:
+            fits.add(i)
+            right = boxes[i].x1
+    return fits
+
+
 def place_labels(axes, labels, points, lines=()):
     """Writes labels beside their points so that none covers another, a point or a line, if there is enough space.
 

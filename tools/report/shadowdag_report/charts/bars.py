@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..series import label_of
-from ..style import COLUMN, ORANGE, SKY, STACK, VERMILION, plain, plt, slug
+from ..style import COLUMN, ORANGE, SKY, STACK, VERMILION, labels_that_fit, plain, plt, slug
 from .runs import bar_label, bar_runs, bars_sentence, time_bars
 
 
@@ -34,6 +34,8 @@ def bytes_chart(charts, scene, runs):
     axes.set_xlabel("threshold (texels) or model")
     axes.set_ylabel("memory (MiB)")
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncol=2, borderaxespad=0.2)
+    if len(labels_that_fit(axes)) < len(members):
+        axes.tick_params(axis="x", labelrotation=90)
     charts.save(figure, f"bytes_{slug(scene)}", f"Bytes of DAG and pages, {scene}",
                 f"The memory of a frame's shadows: the DAG in its traced form ({plain(dag.max())} MiB) and the pages in "
                 f"use with their tables (up to {plain(pages.max())} MiB)"

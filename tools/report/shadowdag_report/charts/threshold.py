@@ -4,7 +4,7 @@ import math
 
 from ..intervals import confidence_text, least_confidence
 from ..series import model_of, series_name, sweeps, threshold_of
-from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, plain, plt, slug
+from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, labels_that_fit, plain, plt, slug
 from ..texels import PAPER_TEXELS, equivalent_texels
 
 
@@ -18,7 +18,10 @@ def threshold_positions(thresholds):
 
 def threshold_ticks(axes, thresholds, place):
     axes.set_xticks([place(t) for t in thresholds])
-    axes.set_xticklabels(["0\nmaps" if t == 0 else "∞\nrays" if t == math.inf else plain(t) for t in thresholds])
+    names = ["0\nmaps" if t == 0 else "∞\nrays" if t == math.inf else plain(t) for t in thresholds]
+    axes.set_xticklabels(names)
+    fits = labels_that_fit(axes)
+    axes.set_xticklabels([name if i in fits else "" for i, name in enumerate(names)])
     finite = [t for t in thresholds if 0 < t < math.inf]
     for left, right in ((0, finite[0]), (finite[-1], math.inf)) if finite else ():
         if left in thresholds and right in thresholds:  # the axis is broken between the ends and the rest
