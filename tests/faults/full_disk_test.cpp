@@ -29,9 +29,9 @@ TEST(FullDisk, AResumedBuildTakesUpWhatFitted) {
     const uint64_t seed = test::faultSeed();
     test::Random random(seed);
     std::cout << "seed " << seed << std::endl;
-    const test::Arguments build = {"voxelize", "builtin:atrium", "--resolution", "1024"};
+    const Arguments build = {"voxelize", "builtin:atrium", "--resolution", "1024"};
     const std::string whole = directory / "whole.svdag", out = directory / "out.svdag";
-    test::Arguments arguments = build;
+    Arguments arguments = build;
     arguments.insert(arguments.end(), {"-o", whole});
     ASSERT_EQ(runShadowdag(directory, arguments).status, 0);
     std::filesystem::create_directory(out + ".disk");

@@ -25,7 +25,6 @@
 namespace shadowdag {
 namespace {
 
-using test::Arguments;
 using test::EndBySignal;
 using test::endBySignal;
 

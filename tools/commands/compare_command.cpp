@@ -18,6 +18,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
 #include "tools/settings/variants.h"
+#include "tools/settings/words.h"
 #include "tools/studies/study_file.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/judge.h"
@@ -135,19 +136,14 @@ void refuseFinished(const std::string& directory) {
                                                "to measure again, run without --resume");
 }
 
-/// Prints a note, before measuring, if this run will replace a report of another experiment.
+/// Prints a note, before anything is replaced, if a report of another command or experiment will
+/// be.
 void noteReplaced(const std::string& directory, const Json& experiment, const Console& console) {
-    const Json old = readOwnJsonFile(directory + "/results.json");
-    const ResultsIdentity before = identityOf(old);
-    if (before.kind != "compare" || !before.experiment.is_object())
-        return;
-    Json now = {{"runs", Json::array()}, {"map_costs", Json::array()}, {"experiment", experiment}};
-    if (const std::string difference =
-            differenceText(before.experiment, identityOf(now).experiment);
-        !difference.empty())
-        console.note(
-            "the report in " + directory + " is of another experiment (" + difference +
-            "); this run replaces it when it is finished, so choose another -o to keep it");
+    const std::string remark = remarkOnReplaced(
+        directory,
+        {{"runs", Json::array()}, {"map_costs", Json::array()}, {"experiment", experiment}});
+    if (!remark.empty())
+        console.note(remark);
 }
 
 /// Returns the resolutions of an experiment's DAGs.
@@ -202,9 +198,10 @@ void requireRuns(const CompareFindings& found) {
 void publish(const CompareOptions& options, CompareFindings& found, const ReportPackage& package,
              std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
+    const size_t saidCount = options.join ? 0 : found.results["warnings"].size();
     found.results["warnings"] = warningsOf(found);
-    for (const Json& warning : found.results["warnings"])
-        console.note("warning: " + warning.get<std::string>());
+    for (size_t i = saidCount; i < found.results["warnings"].size(); ++i)
+        console.note("warning: " + found.results["warnings"][i].get<std::string>());
     found.results["sequence_times"] = sequenceTimes(found.results["sequence_runs"]);
     nameMeasuredRoutes(found.results);
     Json results = {{"verdict", verdictOf(found.results)}};
@@ -238,6 +235,7 @@ void publish(const CompareOptions& options, CompareFindings& found, const Report
                   {"run_count", found.results["runs"].size()},
                   {"sequence_run_count", found.results["sequence_runs"].size()},
                   {"chart_count", charts["charts"].size()},
+                  {"warnings", found.results["warnings"]},
                   {"wall_s", wall}});
 }
 
@@ -256,7 +254,7 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     console.people() << "part " << share.part << " of " << share.partCount << ", "
-                     << found.results["runs"].size() << " runs: " << path
+                     << countText(found.results["runs"].size(), "run") << ": " << path
                      << "; compare --join makes the report of all parts\n";
     console.emit({{"part_file", path},
                   {"part", share.part},
@@ -287,6 +285,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
                                                "': is one of the parts, which the report would "
                                                "replace; name another directory");
+    noteReplaced(options.output, found.results["experiment"], console);
     const ReportDirectory held(options.output, false, false);
     for (const std::string& directory : options.scenes)
         if (fs::is_directory(directory + "/images"))
@@ -337,23 +336,28 @@ void checkSettings(const std::string& file, const std::function<void()>& check) 
     }
 }
 
+/// Returns whether any method of an experiment routes its maps.
+bool usesRouting(const Experiment& experiment) {
+    return std::any_of(experiment.methods.begin(), experiment.methods.end(),
+                       [](const std::string& name) { return methodOf(name).needs().routing; });
+}
+
 /// Returns the thresholds of an experiment on a scene: its own, or those that the maps of its first
-/// frame require, with maps and rays alone.
+/// frame with any require, with maps and rays alone.
 std::vector<float> thresholdsOn(Workspace& workspace, const Experiment& experiment) {
-    const bool isRouted =
-        std::any_of(experiment.methods.begin(), experiment.methods.end(),
-                    [](const std::string& name) { return methodOf(name).needs().routing; });
-    if (!experiment.areThresholdsAutomatic() || !isRouted)
+    if (!experiment.areThresholdsAutomatic() || !usesRouting(experiment))
         return experiment.thresholds;
     checkInterrupted();
-    workspace.setTime(experiment.timeOfFrame(experiment.frames.front()));
     FrameRenderer& renderer = workspace.renderer(RunParameters{});
     FrameOptions options = baseOptions(experiment);
     options.recordPairs = false;
     std::vector<float> requests;
-    for (const MapRecord& map :
-         renderer.render(workspace.camera(), *makeCostModel("texels:0"), options).maps)
-        requests.push_back(map.quantities.texels);
+    for (size_t i = 0; i < experiment.frames.size() && requests.empty(); ++i) {
+        workspace.setTime(experiment.timeOfFrame(experiment.frames[i]));
+        for (const MapRecord& map :
+             renderer.render(workspace.camera(), *makeCostModel("texels:0"), options).maps)
+            requests.push_back(map.quantities.texels);
+    }
     workspace.resetRenderers();
     std::vector<float> thresholds = automaticThresholds(std::move(requests));
     thresholds.insert(thresholds.begin(), 0.0f);
@@ -496,11 +500,16 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             const std::vector<RunParameters> runs = configurations(ofView, resolutions, fullCount);
             context.progress = console.progress("compare " + scene.name);
             try {
+                const std::string unrouted =
+                    scene.name + ": all its maps require the same resolution, so that no threshold "
+                                 "routes a part of them; ";
                 if (runs.empty())
-                    throw NothingToCompare(scene.name +
-                                           ": all its maps require the same resolution, so that no "
-                                           "threshold routes a part of them; compare with dag and "
-                                           "maps, or give --thresholds or --model");
+                    throw NothingToCompare(
+                        unrouted + "compare with dag and maps, or give --thresholds or --model");
+                if (experiment.areThresholdsAutomatic() && usesRouting(experiment) &&
+                    std::none_of(runs.begin(), runs.end(),
+                                 [](const RunParameters& run) { return run.isRouted(); }))
+                    leaveOut(unrouted + "hybrid has no row; give --thresholds or --model");
                 SceneMeasurement measured = experiment.isSequence
                                                 ? measureSequence(workspace, ofView, runs, context)
                                                 : measureScene(workspace, ofView, runs, context);
@@ -509,9 +518,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                 if (isLeftOut)
                     continue;
             } catch (const NothingToCompare& error) {
-                leaveOut(error.what() + std::string(experiment.isSequence
-                                                        ? "; a sequence needs all its frames"
-                                                        : ""));
+                leaveOut(
+                    (experiment.isSequence ? "a sequence, whose frames belong together: " : "") +
+                    std::string(error.what()));
                 continue;
             }
             found.results["scenes"].push_back(

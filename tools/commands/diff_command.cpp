@@ -111,8 +111,10 @@ void runDiff(const DiffArguments& arguments) {
                    values = diff.at("lost_value_count");
     if (worse + rows + values > 0)
         throw NotHeld(arguments.b + " has " + countText(worse, "worse value") + " than " +
-                      arguments.a + ", and lacks " + countText(rows, "row") + " and " +
-                      countText(values, "value") + " of other rows");
+                      arguments.a +
+                      (rows + values > 0 ? ", and lacks " + countText(rows, "row") + " and " +
+                                               countText(values, "value") + " of other rows"
+                                         : ""));
 }
 
 } // namespace

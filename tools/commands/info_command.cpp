@@ -115,8 +115,8 @@ std::function<void()> declareInfo(CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage,
                         "--lights and --seed are for scenes; '" + options->what + "' is an asset");
         if (!isAsset && options->verify)
-            throw Error(ErrorKind::kUsage,
-                        "--verify is for assets (.svdag); '" + options->what + "' is a scene");
+            throw Error(ErrorKind::kUsage, "--verify is for assets (.svdag), not for '" +
+                                               options->what + "'; drop it");
         isAsset ? infoAsset(*options, console) : infoScene(*options, console);
     };
 }

@@ -7,6 +7,7 @@
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/settings/words.h"
 #include "tools/workspace/report_directory.h"
 #include "tools/workspace/scene_setup.h"
 #include "tools/workspace/single_frame.h"
@@ -18,6 +19,7 @@
 #include "scenes/output_target.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -72,6 +74,17 @@ RaySet raySetOf(const RaysOptions& options, const CommandLine& commandLine,
 }
 
 /// Writes the rows of tracers into a directory, with their page.
+/// Throws Error kUsage if the rows of tracers would replace files that this command did not write.
+void refuseOtherReport(const std::string& directory) {
+    const Json old = readOwnJsonFile(directory + "/tracers.json");
+    const bool isOurs = old.is_object() && old.contains("set_id") && old.contains("runs");
+    for (const char* name : {"tracers.json", "tracers.csv", "index.html"})
+        if (!isOurs && std::filesystem::exists(directory + "/" + name))
+            throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +
+                                               ", which this command did not write and would "
+                                               "replace; choose an empty or a new directory");
+}
+
 void writeRows(const RaysOptions& options, const Json& results, const Console& console) {
     const ReportPackage package(false, console);
     writeWholeFile(options.output + "/tracers.json", jsonText(results));
@@ -158,6 +171,7 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
     options.global.apply(console, false, false);
     std::optional<DirectoryGuard> guard;
     if (options.scores()) {
+        refuseOtherReport(options.output);
         guard.emplace(options.output);
         createDirectory(options.output);
     } else {
@@ -175,8 +189,9 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
         writeRaySet(set, options.output);
     }
     console.people() << options.output << ": " << set.pairCount() << " pairs of "
-                     << set.positionWorld.size() << " samples and " << set.lightPoint.size()
-                     << " lights, " << set.triangle.size() << " triangles\n";
+                     << countText(set.positionWorld.size(), "sample") << " and "
+                     << countText(set.lightPoint.size(), "light") << ", "
+                     << countText(set.triangle.size(), "triangle") << "\n";
     console.emit({{"output", options.output},
                   {"set_id", set.id()},
                   {"pair_count", set.pairCount()},

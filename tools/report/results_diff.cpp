@@ -434,7 +434,7 @@ OtherPairs otherPairsOf(const Row& a, const Row& b) {
                    : 0.0;
     };
     const double before = count(a), now = count(b);
-    return before > 0 && now > 0 && before != now ? OtherPairs({before, now}) : OtherPairs();
+    return before > 0 && before != now ? OtherPairs({before, now}) : OtherPairs();
 }
 
 /// Returns whether a key counts wrong pairs.
@@ -486,10 +486,14 @@ Json changeOf(const std::string& path, const Value& a, const Value& b, const Oth
         if (!areCounts && areSame(x, y))
             return {};
         change["verdict"] = verdictOf(y > x, directionOf(key));
+        if (key == "pair_count" && y == 0) // nothing was measured
+            change["verdict"] = "worse";
         if (isOfPairs) {
             const double before = x / pairs->first, now = y / pairs->second;
-            change["verdict"] =
-                areSame(before, now) ? "changed" : verdictOf(now > before, directionOf(key));
+            const bool isUnknown = pairs->second == 0; // of no pairs none can be wrong
+            change["verdict"] = isUnknown || areSame(before, now)
+                                    ? "changed"
+                                    : verdictOf(now > before, directionOf(key));
             change["pair_counts"] = {uint64_t(pairs->first), uint64_t(pairs->second)};
         }
     }
@@ -539,6 +543,11 @@ Json diffResults(const std::string& nameA, const Json& a, const std::string& nam
         leaveOutRounds(ofA);
         leaveOutRounds(ofB);
     }
+    for (const auto& [name, of] : {std::pair(nameA, &a), std::pair(nameB, &b)})
+        if (of->is_object() && of->contains("part_count"))
+            throw Error(ErrorKind::kInput, name +
+                                               ": is a part of a compare; make the report of all "
+                                               "parts by compare --join, and compare that");
     for (const auto& [name, kind] : {std::pair(nameA, ofA.kind), std::pair(nameB, ofB.kind)})
         if (kind.empty())
             throw Error(ErrorKind::kInput, name +

@@ -2,10 +2,15 @@
 #include "tools/report/results_identity.h"
 
 #include "tools/settings/experiment.h"
+#include "tools/settings/json_file.h"
+#include "tools/workspace/journal.h"
+#include "tools/workspace/study_kinds.h"
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <tuple>
+#include <vector>
 
 namespace shadowdag {
 
@@ -140,6 +145,28 @@ ResultsIdentity identityOf(const Json& results) {
         else if (key != "experiment_hash")
             identity.program[key] = value;
     return identity;
+}
+
+std::string remarkOnReplaced(const std::string& directory, const Json& fresh) {
+    const ResultsIdentity now = identityOf(fresh);
+    std::vector<std::string> names = {"results", "part"};
+    names.insert(names.end(), std::begin(kStudyKinds), std::end(kStudyKinds));
+    for (const std::string& name : names) {
+        ResultsIdentity before = identityOf(readOwnJsonFile(directory + "/" + name + ".json"));
+        if (before.kind.empty())
+            continue;
+        for (const char* measured : {"of settings", "of size", "of resolution"})
+            if (before.experiment.is_object() && !now.experiment.contains(measured))
+                before.experiment.erase(measured); // of the new one it is not known yet
+        const std::string difference = differenceText(before.experiment, now.experiment);
+        if (before.kind == now.kind && difference.empty())
+            continue;
+        return "the report in " + directory +
+               (before.kind == now.kind ? " is of another experiment (" + difference + ")"
+                                        : " is of " + before.kind) +
+               "; this run replaces it when it is finished, so choose another -o to keep it";
+    }
+    return "";
 }
 
 std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b) {

@@ -24,6 +24,11 @@ struct ResultsIdentity {
 /// else.
 ResultsIdentity identityOf(const Json& results);
 
+/// Returns what to say before a report in a directory is replaced by one of another command or
+/// experiment, "" if there is none there.
+/// @param fresh what identityOf reads of the new one: "study", or "runs", "map_costs", "experiment"
+std::string remarkOnReplaced(const std::string& directory, const Json& fresh);
+
 /// Takes the number of rounds and of warm-ups out of the experiment: no count depends on them.
 void leaveOutRounds(ResultsIdentity& identity);
 

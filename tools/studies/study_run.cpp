@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The runner of studies: directory, journal, parts, report, verdict.
 #include "tools/report/report_package.h"
+#include "tools/report/results_identity.h"
 #include "tools/settings/console.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/provenance.h"
@@ -88,6 +89,9 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     const ReportPackage package(study.drawsCharts() && !command.noCharts, console);
     const std::vector<std::string> scenes = study.scenes();
     requireScenes(scenes, study.needsLights());
+    if (const std::string remark = remarkOnReplaced(command.output, {{"study", file.json}});
+        !remark.empty())
+        console.note(remark);
     const ReportDirectory held(command.output, command.resume, false);
     const std::string partial = command.output + "/partial";
     const Json provenance = buildProvenance(asked.backend);

@@ -135,6 +135,10 @@ std::string namingText(const std::string& directory) {
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
     const std::set<std::string> own = ownParts(directory);
+    if (own.empty() && holdsKeys(readOwnJsonFile(directory + "/tracers.json"), {"set_id", "runs"}))
+        throw Error(ErrorKind::kUsage, "-o '" + directory +
+                                           "': holds the rows of tracers that rays wrote, whose "
+                                           "page a report would replace; choose another directory");
     if (own.empty())
         for (const std::string& name : reportParts())
             if (name.ends_with(".json"))

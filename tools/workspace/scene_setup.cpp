@@ -10,6 +10,7 @@
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/settings/words.h"
 #include "tools/workspace/report_directory.h"
 #include "voxel/voxelize.h"
 
@@ -95,10 +96,10 @@ std::vector<Camera> placeViews(const World& world, uint32_t count, const Console
     std::vector<Camera> placed = placeCameras(world, count, nullptr, progress);
     checkInterrupted();
     if (placed.size() < count)
-        throw Error(ErrorKind::kUsage,
-                    world.scene().name + ": has only " + std::to_string(placed.size()) +
-                        " automatic views that see light and shadow; ask for fewer with --views, "
-                        "or give cameras with --camera");
+        throw Error(ErrorKind::kUsage, world.scene().name + ": has only " +
+                                           countText(placed.size(), "automatic view") +
+                                           " with light and shadow; ask for fewer with --views, "
+                                           "or give cameras with --camera");
     return placed;
 }
 

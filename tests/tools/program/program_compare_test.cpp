@@ -612,15 +612,15 @@ TEST(Compare, FramesWithoutPairsAreLeftOutBesideOthers) {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runShadowdag(directory, arguments);
     };
-    const auto expectLitAlone = [&](const std::string& why) {
+    const auto expectLitAlone = [&](const std::string& which) {
         const Json results = Json::parse(readText(report + "/results.json"));
         ASSERT_EQ(results["scenes"].size(), 1u);
         EXPECT_EQ(results["scenes"][0]["scene"], lit);
-        EXPECT_EQ(results["warnings"][0], "left out: dark.glb, frame 0: no light reaches what the "
-                                          "camera sees, so there is nothing to compare; give "
-                                          "another --camera, as in --camera auto, or place more "
-                                          "lights with --lights" +
-                                              why);
+        EXPECT_EQ(results["warnings"][0], "left out: " + which +
+                                              "dark.glb, frame 0: no light reaches what the camera "
+                                              "sees, so there is nothing to compare; give another "
+                                              "--camera, as in --camera auto, or place more lights "
+                                              "with --lights");
     };
     const Arguments methods = {"--methods", "dag,maps,hybrid", "--thresholds", "16"};
     const ProgramResult both = compare({lit, dark}, report, methods);
@@ -653,7 +653,62 @@ TEST(Compare, FramesWithoutPairsAreLeftOutBesideOthers) {
         compare({lit, dark}, report,
                 {"--sequence", "--frames", "0:1", "--methods", "dag,maps", "--warmups", "0"});
     ASSERT_EQ(sequence.status, 0) << sequence.err;
-    expectLitAlone("; a sequence needs all its frames");
+    expectLitAlone("a sequence, whose frames belong together: ");
+}
+
+// Its lights are out of reach at first.
+TEST(Compare, ThresholdsAreThoseOfTheFirstFrameThatHasMaps) {
+    const TemporaryDirectory directory;
+    const std::string late = directory / "late.glb", report = directory / "report";
+    Scene scene = makeBuiltin("fail-unequal-ranges");
+    AnimationChannel comes;
+    comes.interpolation = AnimationChannel::Interpolation::kStep;
+    comes.times = {0.0f, 0.05f};
+    scene.animations.push_back({"lights", {}});
+    for (size_t node = 0; node < scene.nodes.size(); ++node)
+        if (scene.nodes[node].light != kNone) {
+            comes.node = int(node);
+            const glm::vec4 place(scene.nodes[node].local.translation, 0);
+            comes.values = {place + glm::vec4(0, 1e5f, 0, 0), place};
+            scene.animations.back().channels.push_back(comes);
+        }
+    writeGlb(scene, late);
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", late, "-o", report, "--size", "48x27", "--frames",
+                                 "0,3", "--methods", "hybrid", "--no-oracle", "--repeats", "1",
+                                 "--no-charts", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json results = Json::parse(readText(report + "/results.json"));
+    EXPECT_THAT(results["warnings"][0].get<std::string>(),
+                HasSubstr("left out: late.glb, frame 0: no light"));
+    EXPECT_EQ(result.json()["warnings"], results["warnings"]);
+    EXPECT_GT(results["scenes"][0]["thresholds"].size(), 2u) << "more than maps and rays alone";
+    ASSERT_FALSE(results["runs"].empty());
+    EXPECT_EQ(results["runs"][0]["frame"], 3);
+}
+
+TEST(Compare, WhereNoThresholdDividesTheMapsHybridIsSaidToBeMissing) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", "builtin:fail-contact", "-o", directory / "report",
+                                 "--size", "48x27", "--methods", "hybrid,dag", "--no-oracle",
+                                 "--repeats", "1", "--no-charts", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["run_count"], 1);
+    EXPECT_THAT(result.json()["warnings"][0].get<std::string>(),
+                HasSubstr("no threshold routes a part of them; hybrid has no row"));
+}
+
+TEST(Compare, AStudyThatReplacesItSaysSoAtTheStart) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const Arguments study = {"study", "failures", "--only", "contact", "-o", report, "--no-charts"};
+    ASSERT_EQ(runShadowdag(directory, tinyCompare(report)).status, 0);
+    EXPECT_THAT(runShadowdag(directory, study).err,
+                HasSubstr("the report in " + report + " is of compare; this run replaces it"));
+    EXPECT_THAT(runShadowdag(directory, study).err, testing::Not(HasSubstr("replaces it")));
+    EXPECT_THAT(runShadowdag(directory, tinyCompare(report)).err,
+                HasSubstr("is of study failures; this run replaces it"));
 }
 
 TEST(Compare, AnInterruptedSwapKeepsTheOldReport) {

@@ -81,6 +81,32 @@ TEST(ProgramRays, ASetOfASceneIsTheOneThatWasWritten) {
     }
 }
 
+TEST(ProgramRays, RowsReplaceNoFilesOfOthers) {
+    const TemporaryDirectory directory;
+    const std::string set = directory / "set.npz", mine = directory / "mine",
+                      rows = directory / "rows";
+    ASSERT_EQ(
+        runShadowdag(directory, {"rays", "builtin:fail-contact", "--size", "32x18", "-o", set})
+            .status,
+        0);
+    const auto score = [&](const std::string& output) {
+        return runShadowdag(directory, {"rays", set, "--tracer", SDAG_EMBREE_TRACER, "--repeats",
+                                        "1", "-o", output});
+    };
+    std::filesystem::create_directory(mine);
+    writeText(mine + "/index.html", "my own page");
+    const ProgramResult refused = score(mine);
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.err, HasSubstr("contains index.html, which this command did not write"));
+    EXPECT_EQ(readText(mine + "/index.html"), "my own page");
+    ASSERT_EQ(score(rows).status, 0);
+    EXPECT_EQ(score(rows).status, 0) << "its own rows";
+    const ProgramResult compared =
+        runShadowdag(directory, {"compare", "builtin:fail-contact", "-o", rows, "--no-charts"});
+    EXPECT_EQ(compared.status, 1);
+    EXPECT_THAT(compared.err, HasSubstr("holds the rows of tracers that rays wrote"));
+}
+
 TEST(ProgramRays, ContradictionsAreRefused) {
     const TemporaryDirectory directory;
     const auto refusal = [&](const std::vector<std::string>& arguments) {

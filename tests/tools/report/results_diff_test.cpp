@@ -113,6 +113,17 @@ TEST(ResultsDiff, ErrorsOfOtherNumbersOfPairsAreComparedByShare) {
     EXPECT_EQ(verdictAfter(3000, 0), "better");
 }
 
+TEST(ResultsDiff, ARowWithoutPairsIsWorseAndAPartIsRefused) {
+    const Json some = timed({{"pair_count", 9}, {"false_light_count", 4}}),
+               none = timed({{"pair_count", 0}, {"false_light_count", 0}});
+    const Json diff = diffOf(some, none);
+    EXPECT_EQ(diff["worse_count"], 1);
+    EXPECT_EQ(diff["better_count"], 0);
+    Json part = some;
+    part["part_count"] = 2;
+    EXPECT_THAT(refusalOf(some, part), HasSubstr("b.json: is a part of a compare"));
+}
+
 TEST(ResultsDiff, AShareOfOthersThatIsNotKnownIsTaken) {
     const Json unknown = timed({{"other_cpu_share", nullptr}, {"pair_count", 9}}),
                known = timed({{"other_cpu_share", 0.1}, {"pair_count", 9}});

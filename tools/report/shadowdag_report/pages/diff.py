@@ -40,6 +40,8 @@ def value_cell(change, side):
     def short(v):
         return f"{v:.6g}" if isinstance(v, float) else str(grouped(v)) if is_number(v) else text(v)
     shown = Markup(short(value)) if is_number(value) else short(value)
+    if "pair_counts" in change:
+        shown = Markup("{} of {}").format(shown, short(change["pair_counts"][side == "b"]))
     if interval:
         shown = Markup("{} ({} to {})").format(shown, short(interval[0]), short(interval[1]))
     return Cell(shown, value if is_number(value) else None, is_wide=not is_number(value))
