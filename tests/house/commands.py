@@ -168,7 +168,8 @@ class Folder:
         if study and (self.source / "scenes/studies" / study).exists():
             self.write_study(study, value_of(words, "--only").split(","))
             small[1] = f"scenes/studies/{study}"
-        if once and small in self.done:
+        # What differs in its scene or size alone is one command at small size, and a compare replaces its own report.
+        if (once or small[0] == "compare" and "--resume" not in small) and small in self.done:
             return []
         self.done.append(small)
         statuses = [(status, said) for expression, status, said, _ in STATUSES if re.search(expression, text)]

@@ -225,7 +225,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"info", directory / "broken.svdag"}, 2, "broken.svdag"},
         {{"info", directory / "broken.svdag", "--lights", "3"}, 1, "is an asset"},
         {{"info", directory / "a.svpart"}, 1, "is a part of a voxel build"},
-        {{"info", kScene, "--verify"}, 1, "is a scene"},
+        {{"info", kScene, "--verify"}, 1, "--verify is for assets (.svdag), not for"},
         {{"scene", "atrium"}, 1, "-o F.glb"},
         {{"scene", "atrium", "--list"}, 1, "--list"},
         {{"scene", "nothing", "-o", directory / "a.glb"}, 1, "nothing"},
