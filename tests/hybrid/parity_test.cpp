@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parity of the frame: every pass, and whole frames by every method, over every built-in scene.
-// With the code shared with CUDA on the CPU everywhere, and on a device if there is one.
+// Parity of the frame: every pass, and whole frames by every method, over every built-in scene;
+// over large scenes by the methods that are marked so, and under a part of many lights. With the
+// code shared with CUDA on the CPU everywhere, and on a device if there is one.
 #include "tests/hybrid/parity_stage.h"
 
 namespace shadowdag::test {

@@ -533,12 +533,10 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                  {"light_count", scene.world->lights().size()}});
         }
     }
-    if (options.part.empty()) // a part may have no other frames
-        requireRuns(found);
-    if (options.part.empty())
-        publish(options, found, *package, start, console);
-    else
-        publishPart(options, found, share, ofParts, start, console);
+    if (!options.part.empty()) // which may have no other frames than those that are left out
+        return publishPart(options, found, share, ofParts, start, console);
+    requireRuns(found);
+    publish(options, found, *package, start, console);
 }
 
 } // namespace

@@ -76,8 +76,7 @@ RaySet raySetOf(const RaysOptions& options, const CommandLine& commandLine,
 /// Writes the rows of tracers into a directory, with their page.
 /// Throws Error kUsage if the rows of tracers would replace files that this command did not write.
 void refuseOtherReport(const std::string& directory) {
-    const Json old = readOwnJsonFile(directory + "/tracers.json");
-    const bool isOurs = old.is_object() && old.contains("set_id") && old.contains("runs");
+    const bool isOurs = holdsTracerRows(directory);
     for (const char* name : {"tracers.json", "tracers.csv", "index.html"})
         if (!isOurs && std::filesystem::exists(directory + "/" + name))
             throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +

@@ -289,8 +289,7 @@ private:
         for (const MeasuredVariant& v : variants_) {
             pairs = std::min(pairs, v.pairCount);
             repeats = std::min(repeats, v.repeatCount);
-            if (v.otherCpuShare)
-                otherCpuShare = std::max(otherCpuShare.value_or(0.0), *v.otherCpuShare);
+            otherCpuShare = std::max(otherCpuShare, v.otherCpuShare);
         }
         if (pairs > 0 && pairs < kFewPairCount)
             cautions_.push_back(fewPairsWarning(scene_, pairs));

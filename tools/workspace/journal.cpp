@@ -7,6 +7,7 @@
 #include "scenes/output_file.h"
 #include "scenes/scene_kind.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/words.h"
 #include "tools/workspace/image_io.h"
 
 #include <algorithm>
@@ -191,9 +192,7 @@ std::string differenceText(const Json& before, const Json& now) {
 
 std::string remarkOn(const Journal& journal) {
     const size_t reused = journal.takenUpCount(), lost = journal.lostCount();
-    const auto parts = [](size_t count) {
-        return std::to_string(count) + (count == 1 ? " finished part" : " finished parts");
-    };
+    const auto parts = [](size_t count) { return countText(count, "finished part"); };
     std::string text;
     if (reused > 0)
         text = parts(reused) + (reused == 1 ? " is reused" : " are reused");

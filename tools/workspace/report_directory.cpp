@@ -135,7 +135,7 @@ std::string namingText(const std::string& directory) {
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
     const std::set<std::string> own = ownParts(directory);
-    if (own.empty() && holdsKeys(readOwnJsonFile(directory + "/tracers.json"), {"set_id", "runs"}))
+    if (own.empty() && holdsTracerRows(directory))
         throw Error(ErrorKind::kUsage, "-o '" + directory +
                                            "': holds the rows of tracers that rays wrote, whose "
                                            "page a report would replace; choose another directory");
@@ -293,6 +293,10 @@ void refuseOtherKind(const std::string& directory, bool isPart) {
 
 bool holdsReport(const std::string& directory) {
     return !ownParts(directory).empty();
+}
+
+bool holdsTracerRows(const std::string& directory) {
+    return holdsKeys(readOwnJsonFile(directory + "/tracers.json"), {"set_id", "runs"});
 }
 
 DirectoryGuard::DirectoryGuard(const std::string& directory) {

@@ -63,4 +63,7 @@ void swapReport(const std::string& directory);
 /// Returns whether a directory contains a report, or a part of one, of this program.
 bool holdsReport(const std::string& directory);
 
+/// Returns whether a directory contains the rows of tracers that `rays` writes.
+bool holdsTracerRows(const std::string& directory);
+
 } // namespace shadowdag

@@ -125,7 +125,7 @@ std::optional<double> largerOtherShare(std::optional<double> share, const Json& 
     const auto found = row.find("other_cpu_share");
     if (found == row.end() || found->is_null())
         return share;
-    return std::max(share.value_or(0.0), found->get<double>());
+    return std::max(share, std::optional(found->get<double>())); // nothing is the least
 }
 
 std::string busyRemark(std::optional<double> otherShare) {
