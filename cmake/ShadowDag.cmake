@@ -11,6 +11,22 @@ function(sdag_add_library name)
   set_property(GLOBAL APPEND PROPERTY SDAG_LIBRARIES ${name})
 endfunction()
 
+# sdag_load_modules(target a_library ...) makes a program that links one of the libraries which load modules build these
+# first. It finds them by DT_RPATH: of DT_RUNPATH the loader takes that of the caller, which sanitizers are for dlopen.
+# SDAG_MODULE_DIR: where tools/ installs modules, below the prefix.
+set(SDAG_MODULE_DIR ${CMAKE_INSTALL_LIBDIR}/shadowdag)
+function(sdag_load_modules target)
+  foreach(library sdag_vdb sdag_tools sdag_window)
+    if(library IN_LIST ARGN)
+      add_dependencies(${target} sdag_openvdb)
+      target_link_options(${target} PRIVATE LINKER:--disable-new-dtags)
+      file(RELATIVE_PATH modules ${CMAKE_CURRENT_BINARY_DIR} ${SDAG_MODULE_BUILD_DIR})
+      set_target_properties(${target} PROPERTIES BUILD_RPATH $ORIGIN/${modules})
+      return()
+    endif()
+  endforeach()
+endfunction()
+
 # sdag_add_cuda_sources(target a_cuda.cu ...) adds CUDA sources; does nothing without CUDA.
 function(sdag_add_cuda_sources target)
   if(SDAG_CUDA_HOST)
@@ -91,6 +107,7 @@ function(sdag_add_test name)
   endif()
   target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:${optimization}>)
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  sdag_load_modules(${name} ${arg_LIBS})
   # ctest starts what costs most first, so that no long test runs alone at the end. It knows the times of a build folder
   # where it ran before; a new one has these.
   set(cost_unit 1)
@@ -111,6 +128,7 @@ function(sdag_add_bench name)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS})
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  sdag_load_modules(${name} ${arg_LIBS})
 endfunction()
 
 # Compiles NAME_avx2.cpp and NAME_avx512.cpp of a target for their processors: ray streams choose their instructions at

@@ -7,7 +7,7 @@ set(SDAG_UNITY_SIZE 32)
 # with the macros of X11: compiled alone.
 string(JOIN "|" SDAG_UNITY_ALONE
   scenes/builtin_ scenes/triangle_tree
-  voxel/asset voxel/compact_encoding voxel/part_file voxel/openvdb_file voxel/nanovdb_file
+  voxel/asset voxel/compact_encoding voxel/part_file voxel/openvdb_ voxel/nanovdb_file
   hybrid/frame/frame_state hybrid/judge/flicker hybrid/judge/truth[.]cpp
   shadowmap/shadow_maps[.]cpp
   tools/bench/bench_voxel tools/commands/fit_command tools/window/view_display

@@ -10,7 +10,8 @@
 namespace shadowdag {
 
 /// Returns NanoVDB's mask grid of a DAG's voxels, all of them in leaves of 8^3; its index space is
-/// voxel space. Memory while building is three times the grid's. Throws std::bad_alloc.
+/// voxel space. Memory while building is three times the grid's. Throws std::bad_alloc, and Error
+/// kResource where OpenVDB, which makes the grid, cannot be loaded.
 nanovdb::GridHandle<> nanoGridOf(const Dag& dag);
 
 } // namespace shadowdag

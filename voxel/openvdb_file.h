@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of vdb_file.h that need OpenVDB's headers, which take half a minute to compile.
+// The parts of vdb_file.h that need OpenVDB. The first call loads it (openvdb_module.h); where that
+// fails, all throw Error kResource, or what the libraries throw without memory or threads.
 #pragma once
 
 #include "voxel/vdb_source.h"
@@ -7,6 +8,9 @@
 #include <iosfwd>
 
 namespace shadowdag {
+
+/// Loads OpenVDB, unless a call has.
+void loadOpenVdb();
 
 /// writeVdb for .vdb and for .nvdb, which is converted from OpenVDB's grid.
 uint64_t writeOpenVdb(const Asset& asset, const std::string& path);

@@ -196,6 +196,11 @@ uint64_t writeVdb(const Asset& asset, const std::string& path) {
     }
 }
 
+void loadVdbReader(const std::string& path) {
+    if (!isNano(path))
+        loadOpenVdb();
+}
+
 VdbAsset readVdb(const std::string& path, const VdbReadOptions& options) {
     const bool nano = isNano(path);
     try {

@@ -24,6 +24,10 @@ namespace shadowdag {
 /// full.
 uint64_t writeVdb(const Asset& asset, const std::string& path);
 
+/// Loads the library that readVdb needs for a file, so that limits of a process are for the file
+/// alone. Throws as readVdb for another ending, and Error kResource where it cannot be loaded.
+void loadVdbReader(const std::string& path);
+
 struct VdbReadOptions {
     std::string gridName{}; ///< "": the only one
     /// Imports a grid of this program whose voxels or transform were changed as a foreign grid.

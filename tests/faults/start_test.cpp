@@ -15,16 +15,24 @@ TEST(Start, WithoutMemoryOrThreadsEndsWithAMessage) {
     constexpr int kLoader = 127; // a library does not fit
     std::map<int, int> counts;
     // From less than the libraries take to more than all needs.
-    for (int megabytes = 100; megabytes <= 300; megabytes += 5) {
-        const ProgramResult result =
-            runShadowdag(directory, {"--version"},
-                         {"/usr/bin/prlimit", "--as=" + std::to_string(megabytes) + "000000"});
-        ++counts[result.status];
-        EXPECT_THAT(result.status, testing::AnyOf(0, 3, kLoader)) << megabytes << result.err;
-        if (result.status == 3) {
-            EXPECT_THAT(result.err, testing::StartsWith("shadowdag: error: ")) << megabytes;
+    const std::string asset = directory / "a.svdag", grid = directory / "a.vdb";
+    ASSERT_EQ(runShadowdag(directory,
+                           {"voxelize", "builtin:fail-wires", "-o", asset, "--resolution", "64"})
+                  .status,
+              0);
+    for (const Arguments& arguments :
+         {Arguments{"--version"}, Arguments{"export", asset, "-o", grid, "--threads", "1"}})
+        for (int megabytes = 50; megabytes <= 400; megabytes += 5) {
+            const ProgramResult result =
+                runShadowdag(directory, arguments,
+                             {"/usr/bin/prlimit", "--as=" + std::to_string(megabytes) + "000000"});
+            ++counts[result.status];
+            EXPECT_THAT(result.status, testing::AnyOf(0, 3, kLoader))
+                << arguments[0] << megabytes << result.err;
+            if (result.status == 3) {
+                EXPECT_THAT(result.err, testing::StartsWith("shadowdag: error: ")) << megabytes;
+            }
         }
-    }
     EXPECT_GT(counts[0], 0);
     EXPECT_GT(counts[3], 0);
 }

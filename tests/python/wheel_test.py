@@ -15,6 +15,8 @@ assert sd.__file__.startswith(FOLDER), sd.__file__
 frame = sd.load("builtin:fail-acne").frame(method="dag", size="16x16")
 assert sd.program().startswith(FOLDER), sd.program()
 assert sd.run_program("info", "builtin:fail-acne")
+sd.run_program("voxelize", "builtin:fail-acne", "-o", "a.svdag", "--resolution", "64")
+sd.run_program("export", "a.svdag", "-o", "a.vdb")  # by a module beside the program
 from shadowdag.charts import report_package
 assert report_package().__file__.startswith(FOLDER)
 print("complete", len(frame.visibility))
@@ -38,7 +40,8 @@ class Wheel(unittest.TestCase):
             self.assertEqual(len(wheels), 1)
             self.assertNotIn("none-any", wheels[0].name)  # it holds code of one Python and one processor
             names = zipfile.ZipFile(wheels[0]).namelist()
-            for name in ("shadowdag/py.typed", "shadowdag/_native.pyi", "shadowdag/prefix/bin/shadowdag"):
+            for name in ("shadowdag/py.typed", "shadowdag/_native.pyi", "shadowdag/prefix/bin/shadowdag",
+                         "shadowdag/prefix/lib/shadowdag/sdag_openvdb.so"):
                 self.assertIn(name, names)
             target = os.path.join(folder, "site")
             subprocess.run([sys.executable, "-m", "pip", "install", "--no-deps", "--no-index", "-t", target, wheels[0]],

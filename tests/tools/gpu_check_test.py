@@ -208,6 +208,8 @@ class GpuCheck(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         names = [path.name for path in (self.out / "bundle/lib").iterdir()]
         self.assertTrue(any(name.startswith("libtbb") for name in names), names)
+        self.assertIn("sdag_openvdb.so", names)  # which the program loads by name, with its libraries
+        self.assertTrue(any(name.startswith("libopenvdb") for name in names), names)
         self.assertFalse(any(name.startswith(("libc.", "libm.", "libcuda.", "ld-linux", "libstdc++"))
                              for name in names), names)
 

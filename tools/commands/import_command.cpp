@@ -61,6 +61,7 @@ void keepLimits([[maybe_unused]] const VdbLimits& limits) {
 
 VdbAsset readLimited(const ImportOptions& options) {
     const VdbLimits limits = limitsOf(options);
+    loadVdbReader(options.input);
     keepLimits(limits);
     try {
         return readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});

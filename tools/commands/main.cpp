@@ -84,7 +84,7 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
 
 #if !defined(SDAG_SANITIZED) // whose own memory is not yet set up before libraries are
 /// Ends the process when a library starts threads or takes memory in its initializers, before main
-/// can catch anything, and gets none: liblog4cplus does so for OpenVDB.
+/// can catch anything, and gets none.
 [[noreturn]] void onTerminateBeforeMain() {
     try {
         if (std::current_exception())

@@ -14,6 +14,7 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 std::string builtAsset(const TemporaryDirectory& directory) {
     const std::string path = directory / "a.svdag";
@@ -90,6 +91,42 @@ TEST(Export, ImportGivesTheSameFileBack) {
     }
 }
 
+TEST(Export, OpenVdbIsLoadedWhenAGridIsFirstNeeded) {
+    const TemporaryDirectory directory;
+    const std::string asset = builtAsset(directory);
+    const std::vector<std::string> traced = {"/usr/bin/env", "LD_DEBUG=files"};
+    const std::string loaded = "file=libopenvdb";
+    const ProgramResult info = runShadowdag(directory, {"info", asset}, traced);
+    EXPECT_EQ(info.status, 0) << info.err;
+    EXPECT_THAT(info.err, HasSubstr("file=libc."));
+    EXPECT_THAT(info.err, Not(HasSubstr(loaded)));
+    const ProgramResult out =
+        runShadowdag(directory, {"export", asset, "-o", directory / "g.vdb"}, traced);
+    EXPECT_EQ(out.status, 0) << out.err;
+    EXPECT_THAT(out.err, HasSubstr(loaded));
+}
+
+TEST(Export, AProgramWithoutItsModuleSaysSo) {
+    const TemporaryDirectory directory;
+    const std::string asset = builtAsset(directory), copy = directory / "copy";
+    std::filesystem::copy_file(SDAG_PROGRAM, copy);
+    const std::vector<std::string> copied = {"/bin/sh", "-c", "shift; exec '" + copy + "' \"$@\"",
+                                             "sh"};
+    EXPECT_EQ(runShadowdag(directory, {"info", asset}, copied).status, 0);
+    const ProgramResult result =
+        runShadowdag(directory, {"export", asset, "-o", directory / "g.vdb"}, copied);
+    EXPECT_EQ(result.status, 3) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("sdag_openvdb.so"));
+    EXPECT_THAT(result.err, HasSubstr("install the program and libopenvdb again"));
+    EXPECT_FALSE(std::filesystem::exists(directory / "g.vdb"));
+    ASSERT_EQ(runShadowdag(directory, {"export", asset, "-o", directory / "g.vdb"}).status, 0);
+    const ProgramResult back = runShadowdag(
+        directory, {"import", directory / "g.vdb", "-o", directory / "b.svdag"}, copied);
+    EXPECT_EQ(back.status, 3) << back.err;
+    EXPECT_THAT(back.err, HasSubstr("sdag_openvdb.so"));
+    EXPECT_THAT(back.err, Not(HasSubstr("is damaged"))) << "the grid is not";
+}
+
 // OpenVDB allocates a string of the stated length before it reads it.
 TEST(Export, ALengthOf4GigabytesInASmallGridIsRefusedInLittleMemory) {
     const TemporaryDirectory directory;
@@ -129,7 +166,7 @@ TEST(Export, ALackOfProcessesIsReportedAndNotBlamedOnTheGrid) {
     const std::string grid = directory / "g.vdb", user = std::to_string(100'000 + getpid());
     ProgramResult result;
     // From less than the program's own threads to one too few.
-    for (int limit = 4; limit < 100 && result.err.find("start a process") == std::string::npos;
+    for (int limit = 2; limit < 100 && result.err.find("start a process") == std::string::npos;
          ++limit)
         result = runShadowdag(directory, {"import", grid, "-o", directory / "a.svdag"},
                               {"/usr/bin/setpriv", "--reuid=" + user, "--clear-groups",

@@ -130,7 +130,7 @@ TEST(ProgramVoxelize, AMemoryLimitIsKeptByABuildThatNeedsMoreWithoutIt) {
         const std::string text = readText(times), what = "Maximum resident set size (kbytes): ";
         return std::stol(text.substr(text.find(what) + what.size()));
     };
-    constexpr long kLimitMib = 114;
+    constexpr long kLimitMib = 92;
     const ProgramResult limited = timed({held, "--memory-limit", std::to_string(kLimitMib) + "M"});
     ASSERT_EQ(limited.status, 0) << limited.err;
     EXPECT_LE(peakKib(), kLimitMib * 1024);
