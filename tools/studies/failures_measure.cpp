@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures the cells of a failure: frames, reevaluated pairs, counts, pictures.
+#include "tools/settings/experiment.h"
 #include "tools/studies/cell_tally.h"
 #include "tools/studies/failures.h"
 
@@ -147,6 +148,8 @@ private:
         const KnownCell* known = findKnown(failure_.known, method, isOn);
         if (!known && failure_.isBounded)
             broken.push_back("unknown");
+        if (json["pair_count"] == 0) // nothing was judged
+            broken.push_back("pair_count");
         if (known && failure_.isBounded) {
             const CellCounts bound = boundOf(known->counts, slack_);
             for (size_t m = 0; m < counts.size(); ++m) {
@@ -179,11 +182,11 @@ private:
                      picture);
         };
         if (isFirst) {
-            const std::string file = failure_.name + "_truth.png";
+            const std::string file = fileSlug(failure_.name) + "_truth.png";
             write(file, truth.display);
             results_["pictures"].push_back({{"failure", failure_.name}, {"truth", file}});
         }
-        const std::string stem = failure_.name + "_" + method + (isOn ? "_on" : "_off");
+        const std::string stem = fileSlug(failure_.name) + "_" + method + (isOn ? "_on" : "_off");
         json["images"] = {{"color", stem + ".png"}, {"error", stem + "_error.png"}};
         write(stem + ".png", toneMap(shadePairs(renderer.gbuffer(), workspace_.world(), pairs,
                                                 answers.frame.visibility),

@@ -132,13 +132,15 @@ std::vector<std::string> failureLines(const Json& results) {
     for (const Json& cell : results["cells"])
         for (const Json& measure : cell["broken"]) {
             const std::string name = measure.get<std::string>();
+            const Json bound = cell["bounds"].value(name, Json());
             lines.push_back(
                 cell["failure"].get<std::string>() + " by " + cell["method"].get<std::string>() +
                 ", remedy " + cell["remedy"].get<std::string>() + ": " +
                 (name == "unknown"
                      ? std::string("it has no recorded counts; run tools/studies/update_known.py")
-                     : name + " is " + cell[name].dump() + ", bound " +
-                           cell["bounds"][name].dump()));
+                     : name + " is " + cell[name].dump() +
+                           (bound.is_null() ? ", so that nothing was judged"
+                                            : ", bound " + bound.dump())));
         }
     for (const Json& remedy : results["remedies"])
         if (!remedy["is_seen"].get<bool>())

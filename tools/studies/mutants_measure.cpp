@@ -185,6 +185,15 @@ Json measureInOwnProcess(const StudyFile& file, const MutantTable& table, const 
     if (isInTime && results.is_object() && results.contains("mutants"))
         return results["mutants"].at(0);
     const std::string line = lastLine(errors);
+    // Of the machine, not of the fault.
+    if (isInTime && WIFEXITED(status) && WEXITSTATUS(status) >= int(ErrorKind::kUsage) &&
+        WEXITSTATUS(status) <= int(ErrorKind::kDevice))
+        throw Error(ErrorKind(WEXITSTATUS(status)),
+                    "the fault '" + row.name + "' cannot be judged; its process said: " + line);
+    if (isInTime && WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
+        throw Error(ErrorKind::kResource,
+                    "the fault '" + row.name +
+                        "' cannot be judged: its process was killed; is memory short?");
     const bool isAborted = WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT;
     const char* const check = !isInTime             ? "time"
                               : isAborted           ? "assertion"

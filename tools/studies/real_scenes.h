@@ -5,7 +5,7 @@
 //
 // A cell is one scene by one method. It holds while
 //  - each count is at most what is known of the cell and the study's slack; but of rays that
-//    believe no voxel at most what is known, without slack, and of acne by rays none;
+//    believe no voxel at most what is known, without slack, and of acne by them none;
 //  - the shares of wrong and of magnified pairs are within the study's tolerance of the method,
 //    whatever is known. Where most right answers near outlines would be explained as well,
 //    "explained" excuses nothing: there all wrong pairs together are held to a share of their own.
@@ -17,7 +17,7 @@
 //  - some of its pairs are dark by the truth and some lit: else there is no shadow to be wrong at,
 //    and the cell proves nothing.
 // A scene without recorded counts is measured as well, with the bounds of any scene: no
-// unclassified error, no acne by rays, and no error at all by rays that believe no voxel; if it
+// unclassified error, and no error at all by rays that believe no voxel; if it
 // shows no shadow edge the report states it.
 //
 // The move: in each frame the camera is farther to the right by a pixel's width at the median

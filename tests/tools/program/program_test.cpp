@@ -178,7 +178,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          "same point"},
         {{"render", kScene, "-o", exr, "--camera", "0,0,0,1,0,0,171"},
          1,
-         "the angle must be from 1 to 170 degrees"},
+         "the angle must be from 0.057 to 170 degrees"},
         {{"render", kScene, "-o", exr, "--camera", "0,0,0,1,0,0,50,2,1"},
          1,
          "the planes must be 0 < near < far"},
@@ -881,6 +881,7 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
         runShadowdag(directory, {"study", "failures", dark, "--only", "contact", "-o",
                                  directory / "study", "--json"});
     EXPECT_THAT(study.err, HasSubstr("has no pair of a visible point and a light"));
+    EXPECT_EQ(study.status, 5) << "nothing was judged";
 }
 
 TEST(Program, AnInterruptEndsLongWorkSoonAndNothingIsWritten) {

@@ -6,6 +6,7 @@
 Links to the data beside the page, and to pictures as files, are left out.
 """
 import base64
+import html as html_text
 import os
 import re
 import urllib.parse
@@ -20,7 +21,7 @@ LINK = re.compile(r' href="(?!#)[^"]*"')
 def embedded(html, directory):
     """Returns a page with its pictures in it. Throws OSError for one that is missing."""
     def data(match):
-        path = urllib.parse.unquote(match[1])
+        path = urllib.parse.unquote(html_text.unescape(match[1]))
         with open(os.path.join(directory, path), "rb") as file:
             content = base64.b64encode(file.read()).decode()
         return f'src="data:{TYPES[os.path.splitext(path)[1]]};base64,{content}"'

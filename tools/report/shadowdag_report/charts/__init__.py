@@ -27,7 +27,7 @@ def draw(paths, directory, mixed=False):
         steps.append((variants_chart, scene, named))
     steps += [(speed_accuracy, scene, merged[scene], experiment) for scene in scenes]
     for scene in scenes:
-        runs, costs = merged[scene], [c for c in all_costs if c["scene"] == scene]
+        runs, costs = merged[scene], [c for c in all_costs if c["scene"] == scene and c.get("start") != "warm"]  # maps drawn anew
         steps += [(over_threshold, scene, runs, experiment),
                   (per_map, scene, costs, "texels", "required face resolution (texels)", "per_map_texels",
                    "Time of a map by both methods over its resolution"),

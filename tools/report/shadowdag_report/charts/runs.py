@@ -8,7 +8,7 @@ import numpy as np
 from ..files import Refused, expecting, read_json
 from ..intervals import half_widths, interval, least_confidence, confidence_text
 from ..scales import plain
-from ..series import believe_of, model_of, sweeps, threshold_of, tracers_of
+from ..series import believe_of, model_of, settings_of, sweeps, threshold_of, tracers_of
 
 
 def load(paths, mixed):
@@ -108,13 +108,14 @@ def rays_name(run):
 
 
 def bar_runs(runs):
-    """The configurations worth a bar: the first sweep, other models, and the pure methods, in that order."""
+    """The configurations worth a bar: the first sweep with the models of its settings, or the pure methods and all models."""
     series = sweeps(runs)
+    settings = dict(next(iter(series))) if series else None
     members = list(next(iter(series.values()))) if series else [r for r in runs if r["method"] in ("maps", "dag")]
     if not series:  # of several levels of detail the first, because a bar's label contains none
         lods = [r["parameters"]["lod"] for r in members if "lod" in r["parameters"]]
         members = [r for r in members if r["parameters"].get("lod", lods[:1]) in (lods[:1], *lods[:1])]
-    members += [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
+    members += [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None and settings in (None, settings_of(r))]
     return members
 
 

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from ..series import believe_of, label_of, legend_of_names, model_of, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
+from ..series import (believe_of, is_warm, keeps_beams, label_of, legend_of_names, model_of, pareto, rays_alone, series_name, sweeps,
+                      threshold_of, tracers_of)
 from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, error_axis, log_axis, place_labels,
                      plain, plt, slug)
 from ..texels import PAPER_TEXELS, equivalent_texels
@@ -46,41 +47,44 @@ def speed_accuracy(charts, scene, runs, experiment):
         color, marker = styles[i % len(styles)]
         name = series_name(key, list(series))
         axes.plot([r["time_ms"] for r in members], [height(r) for r in members], color=color, marker=marker,
-                  markersize=3, linewidth=0.8, zorder=3, label="hybrid, thresholds" + (f" ({name})" if name else ""))
-    resolutions = rays_alone(runs, "all")
-    resolutions = [r for r in resolutions if r["parameters"].get("lod") == resolutions[0]["parameters"].get("lod")]
-    resolutions.sort(key=lambda r: r["parameters"]["resolution"])
-    if resolutions:
-        axes.plot([r["time_ms"] for r in resolutions], [height(r) for r in resolutions], color=SKY, marker="D",
-                  markersize=4.6, linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black",
-                  markeredgewidth=0.4, label="rays through voxels")
-        for run in resolutions if len(resolutions) > 1 else []:
-            names.append((run["time_ms"], height(run), f"{run['parameters']['resolution']}³",
-                          {"fontsize": 5.6, "color": "#2b6f96"}))
-    between = sorted(rays_alone(runs, None), key=believe_of)
-    if between:
-        axes.plot([r["time_ms"] for r in between], [height(r) for r in between], color=BLUE, marker="d",
-                  markersize=4.2, linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black",
-                  markeredgewidth=0.4, label="rays that believe some voxels")
-        names += [(r["time_ms"], height(r), f"{believe_of(r):g} px", {"fontsize": 5.6, "color": "#1d4f73"}) for r in between]
-    exact = rays_alone(runs, "none")
-    if exact:
-        axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
-                  linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black", markeredgewidth=0.5,
-                  clip_on=False, label="exact rays (error 0)" if not any(r["error"] for r in exact) else "exact rays")
-    maps = sorted((r for r in runs if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
-    if maps:
-        axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,
-                  linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black", markeredgewidth=0.4,
-                  label="maps alone")
-        for run in maps if len({r["parameters"]["undersample"] for r in maps}) > 1 else []:
-            names.append((run["time_ms"], height(run), f"u{run['parameters']['undersample']:g}",
-                          {"fontsize": 5.6, "color": "#8a5f00"}))
-    others = [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
-    for i, run in enumerate(others):
-        axes.plot(run["time_ms"], height(run), linestyle="none", marker="*PXdh"[i % 5], color=VERMILION,
-                  markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
-                  label=f"hybrid, {model_of(run) if len(model_of(run)) < 22 else model_of(run)[:20] + '…'}")
+                  markersize=3, linewidth=0.8, zorder=3, label=f"hybrid ({name})" if name else "hybrid, thresholds",
+                  **({"markerfacecolor": "white"} if dict(key).get("start") == "warm" else {}))
+    for is_of_warm in (False, True):  # whose markers are hollow
+        of_start = [r for r in runs if is_warm(r) == is_of_warm]
+        end, face = (", warm", {"markerfacecolor": "white"}) if is_of_warm else ("", {})
+
+        def draw(members, color, marker, size, style, label, **look):
+            axes.plot([r["time_ms"] for r in members], [height(r) for r in members], color=color, marker=marker, markersize=size,
+                      linewidth=0.8, linestyle=style, zorder=4, markeredgecolor=color if is_of_warm else "black", markeredgewidth=0.6 if
+                      is_of_warm else 0.4, label=label + end, **face, **look)
+        resolutions = rays_alone(of_start, "all")
+        resolutions = [r for r in resolutions if r["parameters"].get("lod") == resolutions[0]["parameters"].get("lod")]
+        resolutions.sort(key=lambda r: r["parameters"]["resolution"])
+        if resolutions:
+            draw(resolutions, SKY, "D", 4.6, "--", "rays through voxels")
+            for run in resolutions if len(resolutions) > 1 else []:
+                names.append((run["time_ms"], height(run), f"{run['parameters']['resolution']}³",
+                              {"fontsize": 5.6, "color": "#2b6f96"}))
+        between = sorted(rays_alone(of_start, None), key=believe_of)
+        if between:
+            draw(between, BLUE, "d", 4.2, ":", "rays that believe some voxels")
+            names += [(r["time_ms"], height(r), f"{believe_of(r):g} px", {"fontsize": 5.6, "color": "#1d4f73"}) for r in between]
+        exact = rays_alone(of_start, "none")
+        if exact:
+            draw(exact, YELLOW, "p", 5.6, ":", "exact rays (error 0)" if not any(r["error"] for r in exact) else "exact rays", clip_on=False)
+        beams = [r for r in of_start if r["method"] == "dag" and keeps_beams(r)]
+        if beams:
+            draw(beams, GREEN, "d", 5.0, "none", "exact rays by beams", clip_on=False)
+        maps = sorted((r for r in of_start if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
+        if maps:
+            draw(maps, ORANGE, "s", 4.6, "--", "maps alone")
+            for run in maps if len({r["parameters"]["undersample"] for r in maps}) > 1 else []:
+                names.append((run["time_ms"], height(run), f"u{run['parameters']['undersample']:g}",
+                              {"fontsize": 5.6, "color": "#8a5f00"}))
+        models = [r for r in of_start if r["method"] == "hybrid" and threshold_of(r) is None]
+        for i, run in enumerate(models):
+            draw([run], VERMILION, "*PXdh"[i % 5], 7 if i == 0 else 5, "none",
+                 f"hybrid, {model_of(run) if len(model_of(run)) < 22 else model_of(run)[:20] + '…'}")
     equivalent = equivalent_texels(experiment)
     marked, ringed = [], []
     if series:  # the paper's setting has marks of its own, which the legend names
@@ -108,7 +112,9 @@ def speed_accuracy(charts, scene, runs, experiment):
     error_axis(axes, min(errors) if hasZero else min(errors) / 1.6, max(errors) * 1.6, 6.5, hasZero)
     axes.set_xlabel("frame time (ms)")
     axes.set_ylabel("mean absolute visibility error (%)")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
+    isLong = len(axes.get_legend_handles_labels()[0]) > 10
+    axes.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncol=2, columnspacing=0.8 if isLong else 1.2, borderaxespad=0.3,
+                handlelength=1.4 if isLong else None, fontsize=5.6 if isLong else None)
     place_labels(axes, names, [(x, height(r)) for r in runs for x in np.geomspace(r["time_ms_low"], r["time_ms_high"], 5)])
     frames = [r for r in runs if r["method"] != "tracer"] or runs  # a tracer answers pairs and makes no frame
     best = min(frames, key=lambda r: r["time_ms"])
@@ -117,4 +123,5 @@ def speed_accuracy(charts, scene, runs, experiment):
                 f"Down and left is better; the fastest is {label_of(best)} ({plain(best['time_ms'])} ms at "
                 f"{100 * best['error']:.2f} % error), the most exact {label_of(exact)} ({plain(exact['time_ms'])} ms at "
                 f"{100 * exact['error']:.2f} %). Differences within the spread of the times make no front."
+                + (" Hollow points are warm frames, whose maps or beams a frame of the same view left." if any(map(is_warm, runs)) else "")
                 + legend_of_names(runs) + tracers_sentence(runs) + rings_sentence(ringed, experiment) + bars_sentence(runs))

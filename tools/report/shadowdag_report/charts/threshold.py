@@ -3,7 +3,7 @@
 import math
 
 from ..intervals import confidence_text, least_confidence
-from ..series import model_of, series_name, sweeps, threshold_of
+from ..series import model_of, series_name, settings_of, sweeps, threshold_of
 from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, labels_that_fit, plain, plt, slug
 from ..texels import PAPER_TEXELS, equivalent_texels
 
@@ -57,7 +57,7 @@ def over_threshold(charts, scene, runs, experiment):
         above.fill_between(xs, [r["time_ms_low"] for r in members], [r["time_ms_high"] for r in members], color=BLUE,
                            alpha=0.15, linewidth=0, label=f"{confidence_text(least_confidence(members))} interval")
         above.plot(xs, [r["time_ms"] for r in members], color=BLUE, marker="o", label="median")
-        for run in (r for r in runs if r["method"] == "hybrid" and r["model"] == "oracle"):
+        for run in (r for r in runs if r["method"] == "hybrid" and r["model"] == "oracle" and settings_of(r) == dict(key)):
             above.axhline(run["time_ms"], color=VERMILION, linestyle="--", linewidth=0.9, label=model_of(run))
         above.set_ylim(0, max(r["time_ms_high"] for r in members) * 1.12)
         above.set_ylabel("frame time (ms)")

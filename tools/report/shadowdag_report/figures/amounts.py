@@ -133,6 +133,7 @@ def figure_17(figures, sequence):
     for label in chosen:
         held = sums[label, "held"]
         named = sum(np.sum(sequence.values(label, f"flicker_held_{k}_count")) for k in ("explained", "contact", "acne"))
+        named += np.sum(sequence.values(label, lambda row: row.get("flicker_held_magnified_count", 0)))  # older results lack it
         claims.append((f"{label}: flicker at held resolutions", "errors stable and consistent",
                        f"{int(held)} of {int(np.sum(sequence.values(label, 'flicker_held_answer_count')))}, "
                        f"{int(held - named)} unexplained", bool(held == named)))

@@ -2,7 +2,7 @@
 """Writes DIR/index.html from DIR/adjudication.json of `shadowdag study adjudication`: who answers which pairs wrongly."""
 import os
 
-from .page import count, declare, key_rows, marked, read_results, words, write_page  # noqa: F401
+from .page import count, counted, declare, key_rows, marked, read_results, words, write_page  # noqa: F401
 from ..adjudicated import (DISPUTES, SCORES, VERDICTS, dispute_rows, dispute_text, score_rows, summary, verdict_rows)
 
 WHAT = "a result of study adjudication"
@@ -22,8 +22,8 @@ def run(arguments):
     write_page(directory, "adjudication.html.j2", os.path.join(directory, "adjudication.json"), WHAT, lambda: {
         "title": "Tracers against the adjudicator", "results": results, "summary": summary(results),
         "disputes": dispute_text(results),
-        "tables": [("All scenes", SCORES, [list(map(words, row)) for row in score_rows(results)]),
-                   ("Pairs in which truth and exact packets differ", DISPUTES, [list(map(words, row)) for row in dispute_rows(results)]),
-                   ("What the adjudicator says", VERDICTS, [list(map(words, row)) for row in verdict_rows(results)]),
+        "tables": [("All scenes", SCORES, [list(map(counted, row)) for row in score_rows(results)]),
+                   ("Pairs in which truth and exact packets differ", DISPUTES, [list(map(counted, row)) for row in dispute_rows(results)]),
+                   ("What the adjudicator says", VERDICTS, [list(map(counted, row)) for row in verdict_rows(results)]),
                    ("By scene", CELLS, cell_rows(results))],
         "provenance": key_rows(results["provenance"])})

@@ -40,11 +40,13 @@ def families(runs):
     series = sweeps([r for r in runs if not r["parameters"].get("variant")])
     for i, (key, members) in enumerate(series.items()):
         name = series_name(key, list(series))
-        add("hybrid, thresholds" + (f" ({name})" if name else ""), *SWEEPS[i % len(SWEEPS)], members, line=members)
-    models = dict.fromkeys(model_of(r) for r in runs if r["method"] == "hybrid" and threshold_of(r) is None)
-    for i, model in enumerate(models):
-        add(f"hybrid, {model if len(model) < 32 else model[:30] + '…'}", VERMILION, MODELS[i % len(MODELS)],
-            [r for r in runs if r["method"] == "hybrid" and model_of(r) == model])
+        add("hybrid, thresholds" + (f" ({name})" if name else ""), *SWEEPS[i % len(SWEEPS)], members, line=members,
+            is_hollow=dict(key).get("start") == "warm")
+    models = dict.fromkeys((model_of(r), is_warm(r)) for r in runs if r["method"] == "hybrid" and threshold_of(r) is None)
+    shapes = {model: MODELS[i % len(MODELS)] for i, model in enumerate(dict.fromkeys(model for model, _ in models))}
+    for model, start in models:
+        add(f"hybrid, {model if len(model) < 32 else model[:30] + '…'}" + (", warm" if start else ""), VERMILION, shapes[model],
+            [r for r in runs if r["method"] == "hybrid" and (model_of(r), is_warm(r)) == (model, start)], is_hollow=start)
     add("tracers of others (pairs alone)", GREY, "cross", tracers_of(runs))
     add("others", GREY, "circle", runs)
     return found

@@ -2,7 +2,7 @@
 """Writes DIR/index.html from DIR/mutants.json of `shadowdag study mutants`: which check notices which fault."""
 import os
 
-from .page import declare, key_rows, read_results, wide, words, write_page  # noqa: F401
+from .page import counted, declare, key_rows, read_results, wide, words, write_page  # noqa: F401
 from ..mutation import HEADINGS, power_text, rows, summary
 
 WHAT = "a result of study mutants"
@@ -13,5 +13,5 @@ def run(arguments):
     results = read_results(directory, "mutants.json", WHAT)
     write_page(directory, "mutants.html.j2", os.path.join(directory, "mutants.json"), WHAT, lambda: {
         "title": "The judge judged: which check notices which fault", "results": results, "summary": summary(results) + " " + power_text(results),
-        "headings": HEADINGS, "rows": [[words(name), *map(wide, cells)] for name, *cells in rows(results)],
+        "headings": HEADINGS, "rows": [[words(name), *map(wide, cells), *map(counted, counts)] for name, *cells, more, hidden in rows(results) for counts in [(more, hidden)]],
         "provenance": key_rows(results["provenance"])})

@@ -51,13 +51,19 @@ def count(value):
     return Cell(grouped(value), value)
 
 
+def counted(shown):
+    """Returns a cell of a text, which sorts as the count that it is with its digits grouped, if it is one."""
+    digits = "".join(shown.split())
+    return Cell(shown, int(digits) if digits.isdigit() else None)
+
+
 def decimal(value, decimals):
     return Cell(number(value, decimals), value)
 
 
 def share_cell(value):
     """Returns a share as percent; empty for None."""
-    return words("") if value is None else Cell(number(100 * value, 1), value)
+    return words("") if value is None else Cell(number(100 * value, 1), 100 * value)
 
 
 def words(value):

@@ -56,9 +56,9 @@ def rate_rows(rates):
 
 def all_rows(rows):
     """Returns (headings, cells) of every row, without nested values."""
-    keys = [key for key, value in rows[0].items() if not isinstance(value, (list, dict))]
-    return keys, [[short(row[key]) if isinstance(row.get(key), float) else words(row.get(key)) for key in keys]
-                  for row in rows]
+    keys = dict.fromkeys(key for row in rows for key, value in row.items() if not isinstance(value, (list, dict)))
+    return list(keys), [[short(row[key]) if isinstance(row.get(key), float) else words(row.get(key, "")) for key in keys]
+                        for row in rows]
 
 
 def group_of(study, name):

@@ -2,7 +2,12 @@
    behind another one, pictures. #}
 (() => {
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    let name = location.hash.slice(1);
+    try {
+      name = decodeURIComponent(name);
+    } catch { // a percent sign of the name itself
+    }
+    const target = document.getElementById(name);
     if (!target)
       return;
     const fold = target.closest('details'), plot = target.closest('.plot'), table = target.closest('table');
