@@ -37,6 +37,26 @@ std::shared_ptr<Threads> currentThreads() {
     return threads;
 }
 
+/// In how many calls of these functions this thread is, as their caller or as a worker.
+thread_local int depth = 0;
+
+struct Within {
+    Within() { ++depth; }
+    ~Within() { --depth; }
+};
+
+/// Runs work() on the arena. The outermost call is isolated: while its thread waits for workers, it
+/// takes no range of another thread's call, whose poll (cuda/cancel.h) it would answer for its own.
+template <class F> void runOnArena(const F& work) {
+    const bool isOutermost = depth == 0;
+    currentThreads()->arena.execute([&] {
+        if (isOutermost)
+            tbb::this_task_arena::isolate(work);
+        else
+            work();
+    });
+}
+
 } // namespace
 
 void setThreadCount(int count) {
@@ -64,10 +84,11 @@ void cpuParallelRanges(size_t count, size_t grain,
         return;
     }
     RangePoll poll(cut.rangeCount());
-    currentThreads()->arena.execute([&] {
+    runOnArena([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, cut.rangeCount()),
             [&](const tbb::blocked_range<size_t>& ranges) {
+                const Within within;
                 for (size_t r = ranges.begin(); r < ranges.end(); ++r)
                     poll.run([&] { body(cut.begin(r), cut.end(r)); });
             },
@@ -76,7 +97,11 @@ void cpuParallelRanges(size_t count, size_t grain,
 }
 
 void cpuParallelInvoke(const std::function<void()>& a, const std::function<void()>& b) {
-    currentThreads()->arena.execute([&] { tbb::parallel_invoke(a, b); });
+    const auto within = [](const std::function<void()>& work) {
+        const Within mark;
+        work();
+    };
+    runOnArena([&] { tbb::parallel_invoke([&] { within(a); }, [&] { within(b); }); });
 }
 
 } // namespace shadowdag

@@ -3,6 +3,7 @@
 
 #include "cuda/cancel.h"
 #include "python/errors.h"
+#include "scenes/printable.h"
 #include "scenes/warning.h"
 
 #include <string_view>
@@ -22,7 +23,7 @@ void warn(const std::string& note) {
     const std::string text = note.starts_with(kPrefix) ? note.substr(kPrefix.size()) : note;
     const py::gil_scoped_acquire locked;
     const py::object category = py::module_::import("shadowdag._native").attr("Warning");
-    if (PyErr_WarnEx(category.ptr(), text.c_str(), 1) != 0)
+    if (PyErr_WarnEx(category.ptr(), printable(text).c_str(), 1) != 0)
         throw py::error_already_set();
 }
 
@@ -55,7 +56,7 @@ void Call::poll(double fraction) {
         throw py::error_already_set();
     const double known = told_ >= 0 ? told_ : fraction;
     if (!progress_.is_none() && known >= 0)
-        progress_(what_, known);
+        progress_(textObject(what_), known);
 }
 
 void pollCalls() {

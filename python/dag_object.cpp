@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/dag_object.h"
 
+#include "cuda/cancel.h"
 #include "cuda/parallel_for.h"
 #include "python/arrays.h"
 #include "python/call.h"
@@ -71,6 +72,7 @@ std::vector<std::vector<uint32_t>> levelAddresses(const Dag& dag) {
     levels.push_back({dag.rootAddress});
     for (uint32_t level = dag.grid.resolutionLog2; level > kLeafLog2; --level) {
         std::vector<uint32_t> below;
+        pollCpu();
         for (const uint32_t address : levels.back()) {
             const uint32_t childCount = bitCount32(dag.words[address]);
             below.insert(below.end(), dag.words.begin() + address + 1,
@@ -82,6 +84,9 @@ std::vector<std::vector<uint32_t>> levelAddresses(const Dag& dag) {
     }
     return levels;
 }
+
+/// Nodes that a walk visits between two polls: a few milliseconds.
+constexpr uint64_t kVisitsBetweenPolls = 1 << 16;
 
 /// Returns the cells of a level that hold a voxel, (count, 3), in the order of a walk.
 py::array cellsOf(const DagObject& self, uint32_t level, uint64_t maxCount) {
@@ -98,25 +103,30 @@ py::array cellsOf(const DagObject& self, uint32_t level, uint64_t maxCount) {
     std::vector<Open> open;
     if (!dag.empty())
         open.push_back({dag.rootAddress, std::max(dag.grid.resolutionLog2, kLeafLog2), {}});
-    while (!open.empty()) {
-        const Open at = open.back();
-        open.pop_back();
-        if (at.level == level) {
-            if (cells->size() >= maxCount)
-                throw Error(ErrorKind::kResource,
-                            "level " + std::to_string(level) +
-                                " has more than max_count = " + std::to_string(maxCount) +
-                                " cells; choose a higher level or raise it");
-            cells->push_back(at.cell);
-            continue;
+    Call call("list cells", py::none());
+    call.run([&] {
+        for (uint64_t visited = 0; !open.empty(); ++visited) {
+            if (visited % kVisitsBetweenPolls == 0)
+                pollCpu();
+            const Open at = open.back();
+            open.pop_back();
+            if (at.level == level) {
+                if (cells->size() >= maxCount)
+                    throw Error(ErrorKind::kResource,
+                                "level " + std::to_string(level) +
+                                    " has more than max_count = " + std::to_string(maxCount) +
+                                    " cells; choose a higher level or raise it");
+                cells->push_back(at.cell);
+                continue;
+            }
+            const uint32_t mask = dag.words[at.address];
+            uint32_t next = at.address + bitCount32(mask);
+            for (uint32_t c = 8; c-- > 0;)
+                if (mask >> c & 1)
+                    open.push_back({dag.words[next--], at.level - 1,
+                                    at.cell * 2u + glm::uvec3(c & 1, c >> 1 & 1, c >> 2 & 1)});
         }
-        const uint32_t mask = dag.words[at.address];
-        uint32_t next = at.address + bitCount32(mask);
-        for (uint32_t c = 8; c-- > 0;)
-            if (mask >> c & 1)
-                open.push_back({dag.words[next--], at.level - 1,
-                                at.cell * 2u + glm::uvec3(c & 1, c >> 1 & 1, c >> 2 & 1)});
-    }
+    });
     return arrayOver3(cells->data(), cells->size(), cells);
 }
 
@@ -169,8 +179,9 @@ void addDag(py::module_& scope) {
         .def(
             "info",
             [](const DagObject& self) {
-                return toPython(assetJson(computeDagStats(*self.dag), self.dag->grid,
-                                          self.provenance, self.fileBytes));
+                Call call("count nodes", py::none());
+                const DagStats stats = call.run([&] { return computeDagStats(*self.dag); });
+                return toPython(assetJson(stats, self.dag->grid, self.provenance, self.fileBytes));
             },
             "Returns what `shadowdag info --json` says: resolution, voxel_count, node_counts, "
             "leaf_count, asset_bytes (0 for voxels of no file), traced_bytes, voxel_size_world, "
@@ -198,7 +209,9 @@ void addDag(py::module_& scope) {
             "levels",
             [](const DagObject& self) {
                 py::list levels;
-                for (std::vector<uint32_t>& addresses : levelAddresses(*self.dag)) {
+                Call call("list nodes", py::none());
+                auto found = call.run([&] { return levelAddresses(*self.dag); });
+                for (std::vector<uint32_t>& addresses : found) {
                     const auto kept = std::make_shared<std::vector<uint32_t>>(std::move(addresses));
                     levels.append(arrayOver(*kept, kept));
                 }

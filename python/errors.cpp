@@ -54,7 +54,18 @@ std::string pathOf(const py::object& path) {
         throw py::type_error("a path is " +
                              py::str(py::type::of(path).attr("__name__")).cast<std::string>() +
                              "; it must be str or os.PathLike");
-    return text.cast<std::string>();
+    const auto bytes = py::reinterpret_steal<py::bytes>(PyUnicode_EncodeFSDefault(text.ptr()));
+    if (!bytes)
+        throw py::error_already_set();
+    return bytes;
+}
+
+py::str textObject(const std::string& text) {
+    auto object = py::reinterpret_steal<py::str>(
+        PyUnicode_DecodeUTF8(text.data(), py::ssize_t(text.size()), "surrogateescape"));
+    if (!object)
+        throw py::error_already_set();
+    return object;
 }
 
 void addErrors(py::module_& scope) {

@@ -28,10 +28,14 @@ void requireLights(const SceneObject& scene) {
                                            "load(..., lights=32) or scene(..., placed_lights=32)");
 }
 
-/// Returns a text that is the same for frames with the same pairs.
-std::string viewText(const Camera& camera, float timeSeconds, const FrameOptions& options) {
-    return cameraText(camera) + " " + std::to_string(std::bit_cast<uint32_t>(timeSeconds)) + " " +
-           std::to_string(options.width) + "x" + std::to_string(options.height);
+/// Returns a text that is the same for frames with the same pairs, and another for all others.
+std::string keyOf(const Camera& camera, float timeSeconds, const FrameOptions& options) {
+    const glm::vec3 &at = camera.positionWorld, &to = camera.forward, &up = camera.up;
+    std::string key;
+    for (const float number : {at.x, at.y, at.z, to.x, to.y, to.z, up.x, up.y, up.z, camera.yfov,
+                               camera.znear, camera.zfar, timeSeconds})
+        key += std::to_string(std::bit_cast<uint32_t>(number)) + " ";
+    return key + std::to_string(options.width) + "x" + std::to_string(options.height);
 }
 
 /// Returns the costs of a view's maps, measured at the first call. Within runAlone.
@@ -70,6 +74,7 @@ Object renderFrame(const std::shared_ptr<SceneObject>& scene, const py::dict& se
         if (request.run.usesEmbree() && workspace.backend() != Backend::kCpu)
             throw Error(ErrorKind::kUsage, "settings: \"method\" 'embree': rays of Embree run on "
                                            "the CPU; load the scene with backend='cpu'");
+        ++scene->frameCount; // also where something fails below: what was there is gone
         if (request.experiment.camera != scene->view) // it forgets the renderers' buffers
             workspace.setView(request.experiment.camera, scene->scene().name);
         scene->view = request.experiment.camera;
@@ -88,8 +93,7 @@ Object renderFrame(const std::shared_ptr<SceneObject>& scene, const py::dict& se
                 pythonConsole().note(remark);
         FrameRenderer& renderer = workspace.renderer(run);
         frame->camera = workspace.camera();
-        ++scene->frameCount; // also where rendering fails: what was there is gone
-        frame->view = viewText(frame->camera, request.timeSeconds, run.frame);
+        frame->view = keyOf(frame->camera, request.timeSeconds, run.frame);
         if (request.model->needsCosts()) {
             renderer.reset();
             request.model->setCosts(request.costs.table
@@ -196,8 +200,9 @@ py::array colorOf(const Object& self) {
 py::array pictureOf(const Object& self, double exposure) {
     const std::vector<glm::vec3>& color = self->result().color;
     const double chosen = exposure > 0 ? exposure : self->exposure;
-    const auto picture = std::make_shared<std::vector<glm::vec3>>(
-        toneMap(color, chosen > 0 ? float(chosen) : autoExposure(color)));
+    const auto picture = std::make_shared<std::vector<glm::vec3>>();
+    Call call("expose the picture", py::none());
+    call.run([&] { *picture = toneMap(color, chosen > 0 ? float(chosen) : autoExposure(color)); });
     return arrayOver(reinterpret_cast<const float*>(picture->data()),
                      {py::ssize_t(self->run.frame.height), py::ssize_t(self->run.frame.width), 3},
                      picture);

@@ -2,6 +2,7 @@
 #include "python/frame_settings.h"
 
 #include "cuda/error.h"
+#include "python/call.h"
 #include "python/callable_model.h"
 #include "python/json_object.h"
 #include "tools/settings/json_file.h"
@@ -143,7 +144,9 @@ void setModel(FrameRequest& request, const Json& json, const py::object& callabl
     if (!costs.empty()) {
         if (!request.model->needsCosts() && !request.model->needsCalibration())
             refuse("\"costs\" is for method hybrid with model cost or oracle; drop it");
-        request.costs = readCostSource(costs, buildProvenance(Backend::kCpu));
+        Call call("read " + costs, py::none());
+        request.costs =
+            call.run([&] { return readCostSource(costs, buildProvenance(Backend::kCpu)); });
         if (request.model->needsCosts() && !request.costs.table)
             refuse("\"costs\" " + costs +
                    ": is a calibration for model cost; model oracle replays "

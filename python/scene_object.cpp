@@ -75,8 +75,17 @@ py::array_t<bool> occludedByTriangles(SceneObject& self, const py::array& start,
     return result;
 }
 
-py::dict lightsOf(const SceneObject& self) {
-    const std::vector<Light>& lights = self.world().lights();
+/// Returns what read() copies from a scene, while no call of another thread works with it.
+template <class F> auto readAlone(SceneObject& self, const char* what, F&& read) {
+    if (self.worker.load() == std::this_thread::get_id()) // a cost model or a progress function
+        return read();
+    Call call(what, py::none());
+    return runAlone(self, call, read);
+}
+
+py::dict lightsOf(SceneObject& self) {
+    const std::vector<Light> lights =
+        readAlone(self, "read lights", [&] { return self.world().lights(); });
     const auto count = py::ssize_t(lights.size());
     py::array_t<float> position({count, py::ssize_t(3)}), direction({count, py::ssize_t(3)}),
         intensity({count, py::ssize_t(3)}), range(count), inner(count), outer(count);
@@ -104,16 +113,20 @@ py::dict lightsOf(const SceneObject& self) {
     return dict;
 }
 
-py::dict camerasOf(const SceneObject& self) {
-    const std::vector<std::string> names = cameraNames(self.world());
+py::dict camerasOf(SceneObject& self) {
+    std::vector<Camera> cameras;
+    const std::vector<std::string> names = readAlone(self, "read cameras", [&] {
+        cameras = self.world().cameras();
+        return cameraNames(self.world());
+    });
     py::dict dict;
     for (size_t i = 0; i < names.size(); ++i)
-        dict[py::str(names[i])] = cameraText(self.world().cameras()[i]);
+        dict[textObject(names[i])] = cameraText(cameras[i]);
     return dict;
 }
 
-py::tuple boundsOf(const SceneObject& self) {
-    const Box& box = self.world().boundsWorld();
+py::tuple boundsOf(SceneObject& self) {
+    const Box box = readAlone(self, "read bounds", [&] { return self.world().boundsWorld(); });
     return py::make_tuple(py::make_tuple(box.min.x, box.min.y, box.min.z),
                           py::make_tuple(box.max.x, box.max.y, box.max.z));
 }
@@ -142,10 +155,10 @@ void addScene(py::module_& scope) {
         "A scene with its lights, voxels, renderers and truth, each made at first use. One call at "
         "a time works with a scene; calls of other threads wait.")
         .def_property_readonly(
-            "name", [](const SceneObject& self) { return self.scene().name; },
+            "name", [](const SceneObject& self) { return textObject(self.scene().name); },
             "Its name in results.")
         .def_property_readonly(
-            "argument", [](const SceneObject& self) { return self.scene().argument; },
+            "argument", [](const SceneObject& self) { return textObject(self.scene().argument); },
             "As it was loaded: what the program takes as SCENE.")
         .def_property_readonly(
             "hash", [](const SceneObject& self) { return self.scene().geometryHash; },

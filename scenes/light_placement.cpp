@@ -124,7 +124,9 @@ std::vector<Light> placeLights(const World& world, int count, uint64_t seed, Que
                                   size_t(0.75 * double(litCount)), ratios.size() - 1});
     std::nth_element(ratios.begin(), ratios.begin() + std::ptrdiff_t(rank), ratios.end());
     const float diagonal = glm::length(bounds.extent());
-    const float scale = ratios[rank] > 0.0f ? ratios[rank] : std::max(diagonal, 1.0f);
+    // Lights in the plane of a flat scene are on the lit side of no point.
+    const float ratio = ratios[rank];
+    const float scale = ratio > 0.0f && ratio < kNever ? ratio : std::max(diagonal, 1.0f);
     for (Light& light : lights) {
         light.rangeWorld *= scale;
         light.intensity *= 0.25f * light.rangeWorld * light.rangeWorld; // 1 lux at half the range

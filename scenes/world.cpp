@@ -417,7 +417,9 @@ void World::updateLightsAndCameras() {
                                                    "direction; give it another scale");
             Light light;
             light.positionWorld = glm::vec3(glm::dvec3(m[3]));
-            light.intensity = intensity;
+            const bool isHidden =
+                source.kind != Light::kPoint && glm::dvec3(m[2]) == glm::dvec3(0.0);
+            light.intensity = isHidden ? glm::vec3(0.0f) : intensity; // its place in the list stays
             light.kind = source.kind;
             light.rangeWorld =
                 source.rangeWorld > 0.0f

@@ -9,6 +9,8 @@ import tempfile
 import unittest
 import warnings
 
+import numpy
+
 import shadowdag as sd
 
 
@@ -81,6 +83,8 @@ class Errors(unittest.TestCase):
                     self.assertEqual(said, wanted)
 
     def test_wrong_settings_are_refused_by_name(self):
+        endless = []
+        endless.append(endless)
         for settings, text in (
                 ({"metod": "dag"}, 'unknown key "metod"; the keys are allow_stale, beams_mib, believe, bias, camera'),
                 ({"method": "rays"}, "'rays': must be one of dag, maps, hybrid, embree"),
@@ -97,7 +101,10 @@ class Errors(unittest.TestCase):
                 ({"camera": "behind"}, "there is no camera of that name"),
                 ({"time": "soon"}, '"time" is "soon"'),
                 ({"method": "dag", "believe": "all", "resolution": 100}, "100"),
-                ({"size": object()}, "neither a number")):
+                ({"size": object()}, "neither a number"),
+                ({"taps": 2 ** 64}, "is beyond 64 bits"),
+                ({"camera": "\udce9"}, "is no text that UTF-8 can write"),
+                ({"taps": endless}, "nests deeper than 100 levels, or contains itself")):
             with self.subTest(str(settings)), self.assertRaisesRegex(sd.UsageError, re.escape(text)):
                 self.scene.frame(settings)
 
@@ -123,6 +130,43 @@ class Errors(unittest.TestCase):
             self.scene.frame(method="dag", **camera).pair(10 ** 9)
         with self.assertRaisesRegex(sd.UsageError, "record=False"):
             self.scene.frame(method="dag", record=False, **camera).judge()
+
+    def test_a_refused_frame_leaves_no_older_one_current(self):
+        scene = sd.load("builtin:fail-mover")
+        first = scene.frame(method="dag", size="24x16", time=0)
+        with self.assertRaises(sd.UsageError):
+            scene.frame(method="dag", size="24x16", time=1, camera="nosuch")
+        with self.assertRaisesRegex(sd.UsageError, "has rendered another frame since"):
+            first.truth()
+        again = scene.frame(method="dag", size="24x16", time=0)
+        self.assertEqual(again.visibility.tolist(), first.visibility.tolist())
+        self.assertEqual(int(((again.truth() < 128) != (again.visibility < 128)).sum()), 0)
+
+    def test_views_far_from_the_origin_are_told_apart(self):
+        far = 2e8
+        ground = [[far - 2e4, far - 4000, far - 2e4], [far + 2e4, far - 4000, far - 2e4],
+                  [far + 2e4, far - 4000, far + 2e4], [far - 2e4, far - 4000, far + 2e4]]
+        lights = sd.lights([[far, far + 2000, far]], intensity=1e9, range=1e5)
+        scene = sd.scene(numpy.array(ground, numpy.float32), numpy.array([[0, 2, 1], [0, 3, 2]], numpy.uint32), lights)
+        views = [f"{far:.0f},{far:.0f},{far:.0f},{far + x:.0f},{far + y:.0f},{far:.0f},60,1,100000"
+                 for x, y in ((960, -1280), (1280, -960))]
+        frames = [scene.frame(method="dag", size="24x16", camera=view) for view in views]
+        self.assertNotEqual(frames[0].run["camera_numbers"], frames[1].run["camera_numbers"])
+        again = scene.frame(method="dag", size="24x16", camera=frames[0].run["camera_numbers"])
+        self.assertEqual(len(again.visibility), len(frames[0].visibility))
+        self.assertEqual(len(again.truth()), len(again.visibility))
+        other = scene.frame(method="dag", size="24x16", camera=views[1])
+        self.assertEqual(len(other.truth()), len(other.visibility))
+
+    def test_names_of_files_may_be_any_bytes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            name = os.path.join(os.fsencode(folder), b"caf\xe9.glb")
+            program = os.environ["SHADOWDAG_PROGRAM"]
+            subprocess.run([program, "scene", "fail-acne", "-o", name], check=True, capture_output=True)
+            path = os.fsdecode(name)
+            scene = sd.load(path)
+            self.assertEqual(scene.argument, path)
+            self.assertEqual(scene.frame(method="dag", size="8x8").run["scene"], os.path.basename(path))
 
     def test_remarks_are_warnings(self):
         with warnings.catch_warnings(record=True) as caught:

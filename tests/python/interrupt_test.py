@@ -77,6 +77,29 @@ class Interrupts(unittest.TestCase):
         other.join()
         self.assertGreater(len(turns), 10)  # with the lock held it would have been one or two
 
+    def test_pictures_wait_for_no_lock(self):
+        # On one thread the loop of a picture waits for the other call, which asks for the interpreter meanwhile.
+        frame = sd.load("builtin:fail-acne").frame(method="dag", size="320x180")
+        self.addCleanup(sd.set_threads, sd.threads())
+        sd.set_threads(1)
+        ends = []
+
+        def work():
+            with self.assertRaises(Stop):
+                self.scene.voxelize(LONG, progress=progress)
+            ends.append(True)
+
+        def progress(what, fraction):
+            if time.monotonic() - start > 2:
+                raise Stop
+        other = threading.Thread(target=work)
+        start = time.monotonic()
+        other.start()
+        time.sleep(0.5)
+        self.assertEqual(frame.picture().shape, (180, 320, 3))
+        other.join()
+        self.assertEqual(ends, [True])
+
     def test_a_program_ends_with_its_caller(self):
         timer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
         timer.start()

@@ -232,11 +232,18 @@ TEST(LightPlacement, LightsHangInsideOfSealedRooms) {
 }
 
 TEST(LightPlacement, FlatScenesStillGetTheirLights) {
-    const Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
-    for (const Light& light : placeLights(World(scene, {}), 10, 1)) {
-        EXPECT_TRUE(std::isfinite(light.positionWorld.x));
-        EXPECT_GT(light.rangeWorld, 0.0f);
-    }
+    const Scene room = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
+    Scene triangle = room;                               // of the floor
+    triangle.meshes[0].triangles.resize(1);
+    triangle.meshes[0].triangles[0] = {0, 1, 4};
+    triangle.meshes[0].triangleMaterial.resize(1);
+    for (const Scene* scene : std::initializer_list<const Scene*>{&room, &triangle})
+        for (const Light& light : placeLights(World(*scene, {}), 10, 1)) {
+            EXPECT_TRUE(std::isfinite(light.positionWorld.x));
+            EXPECT_GT(light.rangeWorld, 0.0f);
+            EXPECT_LE(light.rangeWorld, 100.0f);
+            EXPECT_TRUE(std::isfinite(light.intensity.x));
+        }
 }
 
 } // namespace
