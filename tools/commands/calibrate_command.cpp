@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag calibrate`: fits the cost model `cost` to this machine.
 #include "tools/commands/commands.h"
+#include "tools/report/results_identity.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
@@ -22,6 +23,7 @@
 #include <iostream>
 #include <memory>
 #include <sstream>
+#include <utility>
 
 namespace shadowdag {
 
@@ -95,9 +97,12 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
         if (e.believe.front() > 0.0f || !options.common.voxels.empty())
             workspace.obtainVoxels(e.resolutionLog2);
         FrameRenderer& renderer = workspace.renderer(RunParameters());
+        std::vector<uint32_t> frames = e.frames;
+        if (workspace.scene().scene->animations.empty()) // all are one, of which none is held out
+            frames.resize(1);
         const Progress progress = console.progress("calibrate " + names[s]);
         size_t done = 0;
-        for (const uint32_t frame : e.frames) {
+        for (const uint32_t frame : frames) {
             workspace.setTime(e.timeOfFrame(frame));
             const Camera view = workspace.camera();
             for (const auto& [width, height] : sizes) {
@@ -121,7 +126,7 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
                 measured.rows.back()["scene_hash"] = workspace.scene().geometryHash;
                 measured.rows.back()["camera_numbers"] = cameraText(view);
                 measured.frames.push_back(std::move(row.observed));
-                progress(double(++done) / double(e.frames.size() * sizes.size()));
+                progress(double(++done) / double(frames.size() * sizes.size()));
             }
         }
     }
@@ -149,8 +154,9 @@ void printFit(std::ostream& out, const CostFit& fit) {
                 "; map: " + formText(trial.form.map))
             << " " << std::setw(20) << percent(trial.byScene) << std::setw(20)
             << percent(trial.byFrame) << percent(trial.gain) << "\n";
-    out << (!fit.judgedBy ? "one frame of one scene leaves nothing to hold out: the model is the "
-                            "better single method; measure more frames\n"
+    out << (!fit.judgedBy
+                ? "one frame of one scene leaves nothing to hold out: the model is the "
+                  "better single method; measure more scenes, or frames of one that moves\n"
             : *fit.judgedBy == HeldOut::kScenes
                 ? "judged by scenes held out\n"
                 : "judged by frames held out: fewer than two scenes gain by routing\n")
@@ -233,12 +239,16 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     for (const std::string& size : parseList("--size", options.sizes))
         sizes.push_back(parseSize("--size", size));
     const int repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
-    refuseSameFile(options.output, {options.observations, options.from});
-    for (const std::vector<std::string>& inputs : {options.scenes, options.common.voxels})
-        refuseSameFile(options.output, inputs);
-    checkWritable(options.output);
-    if (!options.observations.empty())
-        checkWritable(options.observations);
+    refuseSameFile(options.output, {options.observations});
+    for (const auto& [option, path] :
+         {std::pair("-o", options.output), std::pair("--observations", options.observations)})
+        if (!path.empty()) {
+            for (const std::vector<std::string>& inputs :
+                 {options.scenes, options.common.voxels, {options.from}})
+                refuseSameFile(path, inputs, option);
+            checkWritable(path);
+            refuseToReplaceResults(option, path, "calibrate");
+        }
     const Backend backend =
         options.global.apply(console, options.from.empty(), options.from.empty());
     followGlPages(e, backend, commandLine);

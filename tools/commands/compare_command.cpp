@@ -110,6 +110,8 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
                             " fixes it; edit a copy of the file or drop one");
     if (!content.contains("believe")) // a default, not a request
         takeGlDefaults(e, options.global.backend, commandLine);
+    if (!content.contains("models") && e.isSequence) // whose frames have no measured costs
+        e.models.clear();
     if (!e.scenes.empty() && !options.scenes.empty())
         throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +
                                            "' and --experiment contradict each other: " +
@@ -134,6 +136,19 @@ void refuseFinished(const std::string& directory) {
             throw Error(ErrorKind::kUsage, "--resume: " + directory + "/" + name +
                                                " is finished, so there is nothing to resume; "
                                                "to measure again, run without --resume");
+}
+
+/// Throws Error kUsage if a part of a compare would replace another part.
+void refuseOtherPart(const CompareOptions& options, const CompareShare& share) {
+    const Json there = readOwnJsonFile(options.output + "/part.json");
+    if (!there.is_object() || !there.contains("part") || !there.contains("part_count") ||
+        (there["part"] == share.part && there["part_count"] == share.partCount))
+        return;
+    throw Error(ErrorKind::kUsage, "--part '" + options.part + "': " + options.output +
+                                       " holds part " + jsonLine(there["part"]) + " of " +
+                                       jsonLine(there["part_count"]) +
+                                       ", which this part would replace; name a directory for "
+                                       "each part");
 }
 
 /// Prints a note, before anything is replaced, if a report of another command or experiment will
@@ -247,7 +262,8 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
     writeWholeFile(
         partial + "/costs.json",
         jsonText(toJson(found.costs, found.results["provenance"], found.results["experiment"])));
-    writeWholeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
+    // In one line: a part with the lights of many runs is long.
+    writeWholeFile(partial + "/part.json", jsonLine(toJson(found, share, key, partial)) + "\n");
     checkInterrupted();
     swapReport(options.output);
     const std::string path = options.output + "/part.json";
@@ -268,7 +284,8 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     const auto start = std::chrono::steady_clock::now();
     const Console console(options.global.json);
     std::vector<std::string> measured = optionsOfExperiments();
-    measured.insert(measured.end(), {"--experiment", "--part", "--resume", "--voxels", "--costs"});
+    measured.insert(measured.end(), {"--experiment", "--part", "--resume", "--voxels", "--costs",
+                                     "--cache", "--allow-stale"});
     for (const std::string& option : measured)
         if (commandLine.given(option))
             throw Error(ErrorKind::kUsage,
@@ -413,7 +430,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         for (size_t i = 0; i < names.size(); ++i)
             for (uint32_t view = 0; view < experiment.viewCount; ++view)
                 requireCosts(*costs.table, options.costs, {experiment.viewName(names[i], view)},
-                             share.frames(experiment, i, view));
+                             share.frames(experiment, i, view), experiment.start);
     if (options.resume)
         refuseFinished(options.output);
     // Before anything is moved: missing scenes, a wrong camera, no lights.
@@ -430,6 +447,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             firstScene = openScene(experiment, i, console);
         else // loaded again for its measurements, because two scenes take more memory than one
             openScene(experiment, i, silent);
+    if (!options.part.empty())
+        refuseOtherPart(options, share);
     const ReportDirectory directory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);

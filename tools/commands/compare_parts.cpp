@@ -99,12 +99,12 @@ void checkContent(const std::string& path, const std::string& directory, const J
 
 Json readPart(const std::string& directory) {
     const std::string path = directory + "/part.json";
-    if (const std::string why = whyNoInput(path, kMaxJsonBytes); !why.empty())
+    if (const std::string why = whyNoInput(path, kMaxOwnJsonBytes); !why.empty())
         throw Error(ErrorKind::kInput,
                     path + ": " + why + "; '" + directory +
                         "' is not a finished part of a compare: run compare --part K/N -o " +
                         directory);
-    Json part = readJsonFile(path, "run this part again");
+    Json part = readJsonFile(path, "run this part again", kMaxOwnJsonBytes);
     bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
                    part.contains("provenance") && part["provenance"].is_object() &&
                    part.contains("experiment") && part.contains("lights") &&

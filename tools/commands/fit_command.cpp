@@ -3,6 +3,7 @@
 #include "tools/commands/commands.h"
 #include "tools/report/fit_report.h"
 #include "tools/report/report_package.h"
+#include "tools/report/results_identity.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/json_file.h"
@@ -110,7 +111,8 @@ Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
     e.scenes = expandFolders(options.scenes);
     for (const std::string& method : e.methods)
         checkMethod("--methods", method, {"dag", "maps", "hybrid"});
-    for (const char* option : {"--bias", "--offset", "--polygon-lod", "--pool", "--max-face"})
+    for (const char* option :
+         {"--bias", "--offset", "--polygon-lod", "--pool", "--max-face", "--beams", "--start"})
         if (settingOf(option).texts(e).size() > 1)
             throw Error(ErrorKind::kUsage,
                         std::string(option) + ": fit does not vary it; give one value");
@@ -240,6 +242,11 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
         options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
+    std::vector<std::string> inputs = sweep.scenes;
+    inputs.push_back(options.costs);
+    for (const std::string& path : {options.output, experimentPath})
+        refuseSameFile(path, inputs, path == options.output ? "-o" : "--experiment-out");
+    refuseToReplaceResults("-o", options.output, "fit");
     checkOutputs(options, experimentPath, stem);
     const ReportPackage package(!options.noCharts, console);
     const Backend backend = options.global.apply(console, true);

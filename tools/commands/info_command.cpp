@@ -114,6 +114,10 @@ std::function<void()> declareInfo(CommandLine& commandLine) {
         if (isAsset && (commandLine.given("--lights") || commandLine.given("--seed")))
             throw Error(ErrorKind::kUsage,
                         "--lights and --seed are for scenes; '" + options->what + "' is an asset");
+        if (commandLine.given("--seed") && !commandLine.given("--lights"))
+            throw Error(ErrorKind::kUsage,
+                        "--seed has no effect without --lights N; add it, or drop "
+                        "--seed");
         if (!isAsset && options->verify)
             throw Error(ErrorKind::kUsage, "--verify is for assets (.svdag), not for '" +
                                                options->what + "'; drop it");

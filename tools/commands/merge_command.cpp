@@ -42,13 +42,14 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     std::vector<PartReader> parts;
     for (const std::string& path : options.parts)
         parts.emplace_back(path);
-    checkParts(parts, programVersion(), progress);
+    checkParts(parts, partVersion(), progress);
     std::sort(parts.begin(), parts.end(), [](const PartReader& a, const PartReader& b) {
         return a.header().part < b.header().part;
     });
-    const AssetProvenance provenance = parts.front().header().provenance;
+    AssetProvenance provenance = parts.front().header().provenance;
     const VoxelGrid grid = parts.front().header().grid;
     const PartHeader own{grid, provenance, 1, 1, 0, 0, {}, {}}; // of a voxelize of the same asset
+    provenance.programVersion = programVersion();
     std::unique_ptr<ScratchFolder> folder;
     CountedDag merged;
     if (limits.memoryBytes == 0) {

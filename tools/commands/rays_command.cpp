@@ -65,7 +65,8 @@ RaySet raySetOf(const RaysOptions& options, const CommandLine& commandLine,
                 const Console& console) {
     if (!isRaySet(options.scene))
         return raySetOfFrame(options, commandLine, console);
-    for (const char* option : {"--size", "--camera", "--time", "--frames", "--lights", "--seed"})
+    for (const char* option :
+         {"--size", "--camera", "--time", "--frames", "--fps", "--lights", "--seed"})
         if (commandLine.declares(option) && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " chooses a frame, and SCENE is a ray set, which "

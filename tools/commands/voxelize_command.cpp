@@ -95,10 +95,12 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
     const AssetProvenance provenance = assetProvenance(scene);
+    AssetProvenance ofParts = provenance;
+    ofParts.programVersion = partVersion();
     const VoxelGrid grid = sceneGrid(*scene.world, log2);
     // The folder is taken before the work, so that an earlier build's files are not overwritten
     // unless requested.
-    const PartHeader own{grid, provenance, part, partCount, 0, 0, {}, {}};
+    const PartHeader own{grid, ofParts, part, partCount, 0, 0, {}, {}};
     std::unique_ptr<ScratchFolder> folder;
     if (isOnDisk)
         folder = std::make_unique<ScratchFolder>(options.output, options.resume, &own);
@@ -111,10 +113,10 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     Json json = {{"output", options.output}};
     if (options.isPart) {
         const PartHeader header =
-            folder ? voxelizePartLimited(triangles, which, grid, provenance, part, partCount,
+            folder ? voxelizePartLimited(triangles, which, grid, ofParts, part, partCount,
                                          options.output, *folder, limits, progress)
-                   : voxelizePart(triangles, which, grid, provenance, part, partCount,
-                                  options.output, progress);
+                   : voxelizePart(triangles, which, grid, ofParts, part, partCount, options.output,
+                                  progress);
         meter.stop();
         json.update(partJson(header, std::filesystem::file_size(options.output)));
         console.people() << options.output << "\n  part " << part << " of " << partCount << ", "
@@ -122,7 +124,7 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
                          << header.counts.voxelCount << " voxels\n";
     } else {
         CountedDag built =
-            buildDag(triangles, which, grid, provenance, folder.get(), limits, progress, backend);
+            buildDag(triangles, which, grid, ofParts, folder.get(), limits, progress, backend);
         meter.stop();
         checkInterrupted();
         const Asset asset{std::move(built.dag), provenance};

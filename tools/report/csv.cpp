@@ -29,9 +29,11 @@ std::string flatCsv(const Json& rows, const std::vector<std::string>& omitted) {
     if (rows.empty())
         return csv;
     std::vector<std::string> columns;
-    for (const auto& [key, value] : rows.front().items())
-        if (std::find(omitted.begin(), omitted.end(), key) == omitted.end())
-            columns.push_back(key);
+    for (const Json& row : rows)
+        for (const auto& [key, value] : row.items())
+            if (std::find(omitted.begin(), omitted.end(), key) == omitted.end() &&
+                std::find(columns.begin(), columns.end(), key) == columns.end())
+                columns.push_back(key);
     for (size_t i = 0; i < columns.size(); ++i)
         csv += (i == 0 ? "" : ",") + csvCell(columns[i]);
     csv += "\n";

@@ -12,7 +12,8 @@ namespace shadowdag {
 /// Returns one line per run: scalars, then parameters and stages as separate columns.
 std::string runsCsv(const Json& runs);
 
-/// Returns one line per object; keys of the first are the columns, without those in `omitted`.
+/// Returns one line per object; all their keys are the columns, in the order in which they first
+/// occur, without those in `omitted`.
 std::string flatCsv(const Json& rows, const std::vector<std::string>& omitted = {});
 
 } // namespace shadowdag

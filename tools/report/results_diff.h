@@ -38,9 +38,9 @@ struct DiffOptions {
 /// values that b lacks in rows of both), `differences` (texts of what was allowed to differ or
 /// describes the programs), and the counts of all of these. A row or a value that b lacks is worse,
 /// unless experiments may differ. Throws Error kUsage where the results are of different kinds,
-/// experiments, scenes or machines and `options` does not allow it, kInput where a row is listed
-/// twice, a list is none, a count, an error, a size or a time is not a number >= 0 or outside its
-/// interval, a row has more wrong or dark pairs than pairs, or nothing can be compared.
+/// experiments, scenes or machines and `options` does not allow it (other spellings of frames and
+/// another order of scenes and methods are the same experiment), kInput for what readRows refuses,
+/// and where nothing can be compared.
 /// @param nameA, nameB of the results, for messages
 Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,
                  const DiffOptions& options);

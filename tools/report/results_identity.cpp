@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/results_identity.h"
 
+#include "cuda/error.h"
 #include "tools/settings/experiment.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/parse.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
 
@@ -99,6 +101,36 @@ void addScenes(const Json& results, ResultsIdentity& identity) {
                 add(scene, hash);
 }
 
+/// Returns frames in one spelling: "7", "0:90", "0:90:30", "0,7,90".
+std::string textOfFrames(const std::vector<uint32_t>& frames) {
+    const std::string first = std::to_string(frames.front()), last = std::to_string(frames.back());
+    if (frames.size() == 1)
+        return first;
+    const uint32_t step = frames[1] - frames[0];
+    std::string list;
+    bool isEven = true;
+    for (size_t i = 0; i < frames.size(); ++i) {
+        isEven &= i == 0 || frames[i] - frames[i - 1] == step;
+        list += (i == 0 ? "" : ",") + std::to_string(frames[i]);
+    }
+    const std::string even = first + ":" + last + (step == 1 ? "" : ":" + std::to_string(step));
+    return isEven ? even : list;
+}
+
+/// Gives an experiment of compare one spelling: rows are found by their names, whatever order
+/// scenes and methods have.
+void useOneSpelling(Json& experiment) {
+    for (const char* list : {"scenes", "methods"})
+        if (Json& values = experiment[list]; values.is_array())
+            std::sort(values.begin(), values.end());
+    if (Json& frames = experiment["frames"]; frames.is_string())
+        try {
+            frames = textOfFrames(parseFrames("frames", frames.get<std::string>()));
+        } catch (const Error&) {
+            // of an edited file: compared as it is
+        }
+}
+
 } // namespace
 
 void leaveOutRounds(ResultsIdentity& identity) {
@@ -125,9 +157,7 @@ ResultsIdentity identityOf(const Json& results) {
         for (const auto& [key, value] : defaults.items())
             if (key != "believe" && !identity.experiment.contains(key))
                 identity.experiment[key] = value;
-        // Rows are found by their names, whatever order the scenes have.
-        if (Json& scenes = identity.experiment["scenes"]; scenes.is_array())
-            std::sort(scenes.begin(), scenes.end());
+        useOneSpelling(identity.experiment);
     }
     addScenes(results, identity);
     identity.machine = identity.program = Json::object();
@@ -167,6 +197,16 @@ std::string remarkOnReplaced(const std::string& directory, const Json& fresh) {
                "; this run replaces it when it is finished, so choose another -o to keep it";
     }
     return "";
+}
+
+void refuseToReplaceResults(const std::string& option, const std::string& path,
+                            const std::string& allowed) {
+    const Json json = readOwnJsonFile(path);
+    const bool isFit = json.is_object() && json.contains("sweep") && json.contains("provenance");
+    const std::string kind = isFit ? "fit" : identityOf(json).kind;
+    if (!kind.empty() && kind != allowed)
+        throw Error(ErrorKind::kUsage, option + " '" + path + "': would replace results of " +
+                                           kind + "; choose another name");
 }
 
 std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b) {

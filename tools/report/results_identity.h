@@ -29,6 +29,11 @@ ResultsIdentity identityOf(const Json& results);
 /// @param fresh what identityOf reads of the new one: "study", or "runs", "map_costs", "experiment"
 std::string remarkOnReplaced(const std::string& directory, const Json& fresh);
 
+/// Throws Error kUsage if the file of an option holds results of a command, which may have taken
+/// hours to measure. @param allowed the command whose results it may replace: "calibrate", "fit"
+void refuseToReplaceResults(const std::string& option, const std::string& path,
+                            const std::string& allowed);
+
 /// Takes the number of rounds and of warm-ups out of the experiment: no count depends on them.
 void leaveOutRounds(ResultsIdentity& identity);
 

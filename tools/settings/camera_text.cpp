@@ -5,8 +5,9 @@
 #include "tools/settings/parse.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -24,20 +25,39 @@ std::pair<glm::vec3, glm::vec3> levelAxes(const glm::vec3& forward) {
     return {glm::vec3(right), glm::vec3(glm::cross(right, along))};
 }
 
+/// Returns the direction of a way that is not zero, however short.
+glm::vec3 directionAlong(const glm::dvec3& way) {
+    const glm::dvec3 size = glm::abs(way); // squares of small numbers vanish
+    return glm::vec3(glm::normalize(way / std::max({size.x, size.y, size.z})));
+}
+
+/// Appends a number of so many digits to a text, after a comma unless it is the first. Returns what
+/// the text says.
+double appendNumber(std::string& text, double number, int digits) {
+    char spelled[32];
+    const char* const end =
+        std::to_chars(spelled, spelled + sizeof spelled, number, std::chars_format::general, digits)
+            .ptr;
+    text += (text.empty() ? "" : ",") + std::string(spelled, size_t(end - spelled));
+    double said = 0;
+    std::from_chars(spelled, end, said);
+    return said;
+}
+
 Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
     Camera camera;
-    camera.positionWorld = {float(numbers[0]), float(numbers[1]), float(numbers[2])};
-    const glm::vec3 target{float(numbers[3]), float(numbers[4]), float(numbers[5])};
-    if (target == camera.positionWorld)
+    // As they are given: far from the origin floats would turn the view.
+    const glm::dvec3 position{numbers[0], numbers[1], numbers[2]},
+        target{numbers[3], numbers[4], numbers[5]};
+    if (target == position)
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': position and target are the same point; move one");
-    // In double: squares of small floats vanish.
-    camera.forward =
-        glm::vec3(glm::normalize(glm::dvec3(target) - glm::dvec3(camera.positionWorld)));
+    camera.positionWorld = glm::vec3(position);
+    camera.forward = directionAlong(target - position);
     const auto [right, up] = levelAxes(camera.forward);
     camera.up = up;
     if (numbers.size() > 6)
-        camera.yfov = float(numbers[6] * 3.14159265358979323846 / 180.0);
+        camera.yfov = std::max(float(numbers[6] * 3.14159265358979323846 / 180.0), kMinFieldOfView);
     if (numbers.size() > 7) {
         camera.znear = float(numbers[7]);
         camera.zfar = float(numbers[8]);
@@ -56,8 +76,12 @@ Camera cameraFromText(const std::string& text) {
     size_t begin = 0;
     for (; begin <= text.size();) {
         const size_t end = std::min(text.find(',', begin), text.size());
+        // Scenes reach to 1e9, views of them farther, and planes as far as floats do.
+        const double most = numbers.size() == 7 || numbers.size() == 8
+                                ? double(std::numeric_limits<float>::max())
+                                : 1e10;
         numbers.push_back(
-            parseNumber("--camera", withoutBlanks(text.substr(begin, end - begin)), -1e9, 1e9));
+            parseNumber("--camera", withoutBlanks(text.substr(begin, end - begin)), -most, most));
         begin = end + 1;
     }
     if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9 && numbers.size() != 10)
@@ -67,9 +91,10 @@ Camera cameraFromText(const std::string& text) {
                         "in degrees, nine with the near and far plane in metres, or ten with the "
                         "roll in degrees, not " +
                         std::to_string(numbers.size()));
-    if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text + "': the angle must be from 1 to 170 degrees");
+    if (numbers.size() > 6 && !(numbers[6] >= kLeastDegrees && numbers[6] <= kMostDegrees))
+        throw Error(ErrorKind::kUsage, "--camera '" + text + "': the angle must be from " +
+                                           numberText(kLeastDegrees) + " to " +
+                                           numberText(kMostDegrees) + " degrees");
     if (numbers.size() > 7 && !(float(numbers[7]) > 0 && float(numbers[7]) < float(numbers[8])))
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the planes must be 0 < near < far");
@@ -79,15 +104,36 @@ Camera cameraFromText(const std::string& text) {
     return cameraFromNumbers(text, numbers);
 }
 
+std::string viewText(const glm::dvec3& positionWorld, const glm::dvec3& forward) {
+    constexpr int kFloatDigits = 9, kDoubleDigits = 17;
+    std::string text;
+    // Ahead of large coordinates, where doubles are a coarse grid for a direction, a metre is
+    // little.
+    constexpr double kNear = 1 << 20;
+    const glm::dvec3 size = glm::abs(positionWorld);
+    const double far = std::max({size.x, size.y, size.z}) / kNear;
+    const double ahead = far > 1.0 ? std::exp2(std::ceil(std::log2(far))) : 1.0;
+    glm::dvec3 from, to;
+    for (int axis = 0; axis < 3; ++axis)
+        from[axis] = appendNumber(text, positionWorld[axis], kFloatDigits);
+    for (int digits = kFloatDigits;; ++digits) {
+        std::string view = text;
+        for (int axis = 0; axis < 3; ++axis)
+            to[axis] = appendNumber(view, from[axis] + ahead * forward[axis], digits);
+        if (digits == kDoubleDigits ||
+            (to != from && directionAlong(to - from) == directionAlong(forward)))
+            return view;
+    }
+}
+
 std::string cameraText(const Camera& camera) {
     const auto [right, up] = levelAxes(camera.forward);
-    const glm::dvec3 at = camera.positionWorld, to = at + glm::dvec3(camera.forward);
-    char text[256];
-    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", at.x,
-                  at.y, at.z, to.x, to.y, to.z, glm::degrees(double(camera.yfov)),
-                  double(camera.znear), double(camera.zfar),
-                  glm::degrees(std::atan2(double(glm::dot(camera.up, right)),
-                                          double(glm::dot(camera.up, up)))));
+    std::string text = viewText(camera.positionWorld, camera.forward);
+    for (const double number :
+         {glm::degrees(double(camera.yfov)), double(camera.znear), double(camera.zfar),
+          glm::degrees(
+              std::atan2(double(glm::dot(camera.up, right)), double(glm::dot(camera.up, up))))})
+        appendNumber(text, number, 9);
     return text;
 }
 

@@ -89,9 +89,9 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
     }
 }
 
-Json readJsonFile(const std::string& path, const std::string& remedy) {
+Json readJsonFile(const std::string& path, const std::string& remedy, uint64_t maxBytes) {
     std::string why;
-    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes, true}, why);
+    const std::optional<std::string> text = readInput(path, {maxBytes, true}, why);
     if (!text)
         throw Error(ErrorKind::kInput, path + ": " + why + "; " + remedy);
     return parseJson(*text, path, remedy);
@@ -105,7 +105,7 @@ Json parseOwnJson(const std::string& text, int maxDepth) {
 
 Json readOwnJsonFile(const std::string& path) {
     std::string why;
-    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes, false, false}, why);
+    const std::optional<std::string> text = readInput(path, {kMaxOwnJsonBytes, false, false}, why);
     if (text)
         return parseOwnJson(*text);
     // What cannot be read may be our own, which must not count as absent.

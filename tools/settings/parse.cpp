@@ -84,9 +84,9 @@ std::vector<std::string> parseList(const std::string& option, const std::string&
 
 std::vector<uint32_t> parseFrames(const std::string& option, const std::string& text) {
     constexpr uint64_t kMaxFrame = 1000000;
-    const std::string right =
-        "must be A, A:B or A:B:STEP (both ends included, A <= B <= 1000000), or several of "
-        "them separated by commas, as in 0:90:30";
+    const std::string right = "must be A, A:B or A:B:STEP (both ends included; A <= B <= 1000000, "
+                              "STEP up to that), or several of "
+                              "them separated by commas, as in 0:90:30";
     std::vector<uint32_t> frames;
     for (const std::string& part : parseList(option, text)) {
         std::vector<uint64_t> numbers;
@@ -100,7 +100,8 @@ std::vector<uint32_t> parseFrames(const std::string& option, const std::string& 
         }
         const uint64_t last = numbers.size() > 1 ? numbers[1] : numbers[0];
         const uint64_t step = numbers.size() > 2 ? numbers[2] : 1;
-        if (numbers.size() > 3 || last < numbers[0] || last > kMaxFrame || step == 0)
+        if (numbers.size() > 3 || last < numbers[0] || last > kMaxFrame || step == 0 ||
+            step > kMaxFrame)
             refuse(option, text, right);
         if (frames.size() + (last - numbers[0]) / step > kMaxFrame)
             refuse(option, text, "lists more than " + std::to_string(kMaxFrame + 1) + " frames");

@@ -53,6 +53,10 @@ std::string voxelSourceHash() {
     return SDAG_VOXEL_SOURCE_HASH;
 }
 
+std::string partVersion() {
+    return programVersion() + "-" + voxelSourceHash();
+}
+
 Json buildProvenance(Backend backend) {
     const auto orNull = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
     Json provenance{{"commit", programCommit()},

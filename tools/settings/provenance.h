@@ -11,6 +11,9 @@ namespace shadowdag {
 
 /// Returns the program's version, as in "0.1.0".
 std::string programVersion();
+/// Returns the version of parts and of unfinished builds: that of the program with the hash of its
+/// voxelizer's sources, because parts of two voxelizers make an asset of neither.
+std::string partVersion();
 /// Returns the commit that the program was built from, with "+dirty" when files differed from it,
 /// or "unknown" outside a git checkout. Determined again by every build.
 std::string programCommit();

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <limits>
 
 namespace shadowdag {
 
@@ -45,7 +46,10 @@ Json RunParameters::toJson() const {
         *this, [&](const Setting& setting) { json[setting.parameter] = setting.frameJson(frame); });
     if (model.starts_with("texels:") && !usesEmbree()) {
         const std::string threshold = model.substr(7);
-        json["threshold_texels"] = threshold == "inf" ? Json("inf") : Json(std::stod(threshold));
+        json["threshold_texels"] =
+            threshold == "inf"
+                ? Json("inf")
+                : Json(parseNumber("threshold", threshold, 0, std::numeric_limits<double>::max()));
     }
     return json;
 }

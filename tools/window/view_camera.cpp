@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/window/view_camera.h"
 
+#include "tools/settings/camera_text.h"
+
 #include <glm/gtc/constants.hpp>
 
 #include <algorithm>
@@ -55,16 +57,18 @@ void FlyCamera::step(const FlyInput& input, double seconds, double metresPerSeco
 }
 
 std::string FlyCamera::text() const {
-    const glm::dvec3 target = position_ + directionOf(yaw_, pitch_);
-    char text[256];
-    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", position_.x,
-                  position_.y, position_.z, target.x, target.y, target.z,
-                  std::clamp(glm::degrees(yfov_), 1.0, 170.0), double(znear_), double(zfar_));
-    if (std::abs(roll_) < kLeastRoll)
-        return text;
-    char roll[32];
-    std::snprintf(roll, sizeof roll, ",%.9g", glm::degrees(roll_));
-    return std::string(text) + roll;
+    std::string text = viewText(position_, directionOf(yaw_, pitch_));
+    char number[32];
+    const auto append = [&](double value) {
+        std::snprintf(number, sizeof number, ",%.9g", value);
+        text += number;
+    };
+    append(std::clamp(glm::degrees(yfov_), kLeastDegrees, kMostDegrees));
+    append(double(znear_));
+    append(double(zfar_));
+    if (std::abs(roll_) >= kLeastRoll)
+        append(glm::degrees(roll_));
+    return text;
 }
 
 double flySpeed(float sceneDiagonalWorld) {

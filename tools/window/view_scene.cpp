@@ -67,6 +67,8 @@ CostModel& ViewScene::model(const ViewSide& side, const CostSource& costs) {
 Camera ViewScene::camera(const std::string& text) {
     if (text == "auto" || (text.empty() && world().cameras().empty()))
         return workspace.camera();
+    if (text.starts_with("auto-"))
+        return placed.try_emplace(text, text).first->second.at(world());
     return chooseCamera(world(), text);
 }
 
@@ -90,11 +92,15 @@ ViewSceneInfo ViewScene::info(const Experiment& experiment) {
             info.cameras.push_back(name);
     info.cameraText = cameraText;
     info.camera = camera(cameraText);
-    info.isPlaced = cameraText == "auto" || (cameraText.empty() && world.cameras().empty());
+    info.isPlaced = cameraText == "auto" || cameraText.starts_with("auto-") ||
+                    (cameraText.empty() && world.cameras().empty());
     info.isCameraAnimated = isCameraAnimated(world, cameraText);
     info.bounds = world.boundsWorld();
+    constexpr double kMostFrames = 1e6; // as --frames
     info.frameCount =
-        uint32_t(std::floor(double(world.scene().durationSeconds()) * experiment.fps)) + 1;
+        uint32_t(std::min(std::floor(double(world.scene().durationSeconds()) * experiment.fps),
+                          kMostFrames)) +
+        1;
     return info;
 }
 

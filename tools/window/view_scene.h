@@ -37,8 +37,9 @@ struct ViewScene {
     std::map<std::string, std::unique_ptr<CostModel>> models;
     std::optional<MeasuredCosts> measured; ///< of the last view whose model needed them
     uint32_t frame = 0;
-    float exposure = 0;         ///< 0: not found yet
-    std::vector<TourStop> tour; ///< of the demo; empty: not found yet
+    float exposure = 0;                        ///< 0: not found yet
+    std::vector<TourStop> tour;                ///< of the demo; empty: not found yet
+    std::map<std::string, FrameCamera> placed; ///< automatic cameras but the first, by their texts
 
     ViewScene(LoadedScene scene, Backend backend)
         : workspace(std::move(scene), {backend, "auto", {}, nullptr}) {}

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/window/view_session.h"
 
+#include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
+#include "tools/settings/words.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -99,7 +101,8 @@ void ViewSession::ask(const ViewRequest& request) {
 void ViewSession::save(const ViewRequest& request, const std::string& directory) {
     {
         const std::lock_guard lock(mutex_);
-        work_.save = SaveWork{request, directory};
+        const bool isAfter = work_.backend || work_.costs || work_.open;
+        (isAfter ? work_.saves : work_.savesBefore).push_back({request, directory});
     }
     asked_.notify_all();
 }
@@ -293,8 +296,25 @@ void ViewSession::computeAllPairs(const ViewRequest& request, float mapScale) {
         work_.ask = request;
 }
 
+void ViewSession::saveAll(const std::vector<SaveWork>& saves) {
+    for (const SaveWork& save : saves) {
+        bool isDone = false;
+        attempt("save", [&] {
+            if (!renderer_.shows(save.request.scene))
+                throw Error(ErrorKind::kUsage, "nothing to save: no scene is open yet");
+            SavedView saved = renderer_.save(save.request, save.directory, hooks(false));
+            isDone = true;
+            const std::lock_guard lock(mutex_);
+            saved_ = std::move(saved);
+        });
+        const std::lock_guard lock(mutex_);
+        lostSaveCount_ += isQuitting_ && !isDone ? 1 : 0;
+    }
+}
+
 void ViewSession::doWork(const Work& work) {
     // A failure does not affect the rest: the previous scene is still open.
+    saveAll(work.savesBefore);
     if (work.backend)
         attempt("backend", [&] {
             renderer_.setBackend(chooseBackend(*work.backend));
@@ -314,15 +334,7 @@ void ViewSession::doWork(const Work& work) {
         const std::lock_guard lock(mutex_);
         opening_.reset();
     }
-    if (work.save)
-        attempt("save", [&] {
-            if (!renderer_.shows(work.save->request.scene))
-                throw Error(ErrorKind::kUsage, "nothing to save: no scene is open yet");
-            SavedView saved =
-                renderer_.save(work.save->request, work.save->directory, hooks(false));
-            const std::lock_guard lock(mutex_);
-            saved_ = std::move(saved);
-        });
+    saveAll(work.saves);
     if (work.ask && renderer_.isOpen())
         attempt("picture", [&] { answer(*work.ask); });
 }
@@ -364,8 +376,10 @@ void ViewSession::run() {
             canRefine_ = renderer_.canRefine() || isUnshown_;
             isWorking_ = isBusy_ = false;
             asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
-            if (isQuitting_)
+            if (isQuitting_) {
+                lostSaveCount_ += work_.savesBefore.size() + work_.saves.size();
                 break;
+            }
             work = std::exchange(work_, Work{});
             isRefining = !work.any();
             isWorking_ = true;
@@ -386,6 +400,9 @@ void ViewSession::run() {
         if (wake_)
             wake_();
     }
+    if (lostSaveCount_ > 0)
+        Console(false).note("shadowdag: warning: the window was closed before " +
+                            countText(lostSaveCount_, "view") + " could be saved");
     renderer_.close(); // here, where its contexts are: OpenGL's belong to a thread
 }
 

@@ -57,7 +57,8 @@ public:
     /// Requests a picture; the newest request counts. Without a scene there is no reply. A
     /// full-size picture that is being rendered is cancelled, between two stages.
     void ask(const ViewRequest& request);
-    /// Requests a view's files, after all earlier requests.
+    /// Requests a view's files, each view's. Earlier requests are done first; but of one to open,
+    /// of backends and of costs the newest counts, wherever views are saved between them.
     void save(const ViewRequest& request, const std::string& directory);
 
     /// Return new results since the last call, else null or nothing.
@@ -89,9 +90,11 @@ private:
     struct Work {
         std::optional<std::string> backend, costs;
         std::optional<OpenWork> open;
-        std::optional<SaveWork> save;
+        std::vector<SaveWork> savesBefore, saves; ///< before the three above, and after them
         std::optional<ViewRequest> ask;
-        bool any() const { return backend || costs || open || save || ask; }
+        bool any() const {
+            return backend || costs || open || !savesBefore.empty() || !saves.empty() || ask;
+        }
         /// Returns whether the current picture is no longer needed.
         bool endsPicture() const { return backend || costs || open || ask; }
     };
@@ -99,6 +102,7 @@ private:
     void run();
     void doWork(const Work& work);
     void openScene(const OpenWork& work);
+    void saveAll(const std::vector<SaveWork>& saves);
     void answer(const ViewRequest& request);
     /// Renders a request at its full size.
     /// @param mapScale below 1: first with maps of fewer texels, those of the moving pictures
@@ -124,6 +128,7 @@ private:
     mutable std::mutex mutex_; // of what follows
     std::condition_variable asked_;
     bool isQuitting_ = false;
+    size_t lostSaveCount_ = 0; ///< views whose saving the end of the window cut off
     Work work_;
     bool isWorking_ = false, isBusy_ = false, canRefine_ = false;
     ViewStatus status_;                         // without errors

@@ -273,11 +273,12 @@ const TableCosts& findCosts(const CostTable& costs, const std::string& path, con
 }
 
 void requireCosts(const CostTable& costs, const std::string& path,
-                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames) {
+                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames,
+                  const std::vector<FrameStart>& starts) {
     for (const std::string& scene : scenes)
         for (const uint32_t frame : frames)
-            if (!costs.contains({scene, frame, FrameStart::kWarm}))
-                static_cast<void>(findCosts(costs, path, {scene, frame}));
+            for (const FrameStart start : starts)
+                static_cast<void>(findCosts(costs, path, {scene, frame, start}));
 }
 
 Json toJson(const CostCalibration& calibration) {

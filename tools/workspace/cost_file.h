@@ -77,10 +77,11 @@ std::string otherConditions(const TableCosts& costs, const std::string& path, co
 const TableCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key,
                             const Json& here, bool allowStale, const Console& console,
                             const char* permit = "pass --allow-stale");
-/// Throws Error kInput naming the file when it has no costs of one of the scenes or frames; call it
-/// before long work. @param scenes names, with the camera if there are several views
+/// Throws Error kInput naming the file when it has no costs of one of the scenes, frames or starts;
+/// call it before long work. @param scenes names, with the camera if there are several views
 void requireCosts(const CostTable& costs, const std::string& path,
-                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames);
+                  const std::vector<std::string>& scenes, const std::vector<uint32_t>& frames,
+                  const std::vector<FrameStart>& starts);
 
 /// Returns {"rays": [{"term", "ms"}], "map": [...]}.
 Json toJson(const CostCalibration& calibration);

@@ -105,9 +105,9 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
     const float radius = std::max(0.71f, std::max(2.5f * scale, float(height) / 120.0f));
     const float rim = std::min(scale, 1.0f);
     for (const MapRecord& map : maps) {
-        const std::optional<glm::vec2> pixel =
-            pixelOf(lights[map.quantities.light].positionWorld, camera, width, height);
-        if (!pixel)
+        const Light& light = lights[map.quantities.light];
+        const std::optional<glm::vec2> pixel = pixelOf(light.positionWorld, camera, width, height);
+        if (light.kind == Light::kSun || !pixel) // a sun is nowhere
             continue;
         const float x = pixel->x, y = pixel->y;
         if (!(x > -radius && y > -radius && x < float(width) + radius &&

@@ -198,6 +198,7 @@ size_t FitMeasurer::raysAlone(size_t model) const {
         const RunParameters& alone = models_->runs[other];
         const MethodNeeds& needs = methodOf(alone.method).needs();
         if (needs.rays && !needs.maps && alone.dag == run.dag &&
+            alone.frame.rays.believe == run.frame.rays.believe &&
             LodChoice(alone.frame.rays) == LodChoice(run.frame.rays))
             return other;
     }

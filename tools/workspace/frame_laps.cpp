@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/frame_laps.h"
 
+#include "cuda/statistics.h"
 #include "tools/settings/camera_text.h"
 #include "tools/workspace/frame_json.h"
 
@@ -11,11 +12,6 @@
 namespace shadowdag {
 
 namespace {
-
-double upperMedian(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
 
 Json rowOf(const SingleFrames& frames, uint32_t frame, float timeSeconds,
            const FrameResult& result) {
@@ -67,11 +63,11 @@ Json summarizeLap(const Json& rows) {
         std::vector<double> times;
         for (const Json& row : rows)
             times.push_back(row["stages_ms"].value(name, 0.0));
-        stages[name] = upperMedian(times);
+        stages[name] = median(times);
     }
-    return {{"wall_ms", upperMedian(wall)},
+    return {{"wall_ms", median(wall)},
             {"wall_ms_max", *std::max_element(wall.begin(), wall.end())},
-            {"time_ms", upperMedian(sums)},
+            {"time_ms", median(sums)},
             {"stages_ms", std::move(stages)}};
 }
 

@@ -16,8 +16,8 @@ namespace shadowdag {
 Json timeLaps(SingleFrames& frames, const Experiment& experiment, int laps,
               const Progress& progress);
 
-/// Returns {"wall_ms", "wall_ms_max", "time_ms", "stages_ms"} of timeLaps's rows: medians, of an
-/// even number the upper one, and the slowest frame.
+/// Returns {"wall_ms", "wall_ms_max", "time_ms", "stages_ms"} of timeLaps's rows: medians, and the
+/// slowest frame.
 Json summarizeLap(const Json& rows);
 
 } // namespace shadowdag

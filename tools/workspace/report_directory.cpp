@@ -124,9 +124,9 @@ std::string namingText(const std::string& directory) {
     std::string text, ignored;
     for (const std::string& name : reportParts())
         if (name.ends_with(".json") || name.ends_with(".html"))
-            text += readInput(directory + "/" + name, {kMaxJsonBytes}, ignored).value_or("");
+            text += readInput(directory + "/" + name, {kMaxOwnJsonBytes}, ignored).value_or("");
     return text +
-           readInput(directory + "/charts/charts.json", {kMaxJsonBytes}, ignored).value_or("");
+           readInput(directory + "/charts/charts.json", {kMaxOwnJsonBytes}, ignored).value_or("");
 }
 
 /// Throws Error kUsage if the directory contains a file, at a report's place or in its folders,

@@ -344,7 +344,8 @@ void checkWritable(const std::string& path) {
     OutputFile{path}; // where the rights allow it, the file system may not; removed again
 }
 
-void refuseSameFile(const std::string& output, const std::vector<std::string>& others) {
+void refuseSameFile(const std::string& output, const std::vector<std::string>& others,
+                    const std::string& option) {
     const auto placeOf = [](const std::string& path) {
         std::error_code error;
         const fs::path place = fs::weakly_canonical(path, error);
@@ -353,7 +354,7 @@ void refuseSameFile(const std::string& output, const std::vector<std::string>& o
     for (const std::string& other : others)
         if (!other.empty() && placeOf(other) == placeOf(output))
             throw Error(ErrorKind::kUsage,
-                        "-o '" + output + "': is also the file of another argument" +
+                        option + " '" + output + "': is also the file of another argument" +
                             (other == output ? "" : ", '" + other + "'") + "; choose another name");
 }
 

@@ -115,7 +115,9 @@ void checkWritable(const std::string& path);
 /// Throws Error kUsage if an output is the file of another argument, so that no command replaces
 /// what it reads. Names that differ by symbolic links and ".." are one file, hard links are not.
 /// @param others files; what is no file, as builtin:atrium, is none of them
-void refuseSameFile(const std::string& output, const std::vector<std::string>& others);
+/// @param option that names the output, for the message
+void refuseSameFile(const std::string& output, const std::vector<std::string>& others,
+                    const std::string& option = "-o");
 
 /// Throws Error kUsage unless the name of an output has one of the extensions. @param kinds says
 /// which, and the remedy. First throws what outputTarget throws: every command refuses a device

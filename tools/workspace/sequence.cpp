@@ -97,10 +97,9 @@ public:
         const int rounds = experiment_.warmups + experiment_.repeats;
         stepCount_ = steps_.size() * size_t(1 + rounds);
         answer();
-        const CpuUse use;
         for (int round = 0; round < rounds; ++round)
             time(round);
-        const Json otherCpuShare = otherShareJson(use.otherShare());
+        const Json otherCpuShare = meanOtherShare(rounds);
         const std::vector<Timing> timings = gatherTimes();
         const auto embree = std::find_if(players_.begin(), players_.end(), [](const auto& player) {
             return methodOf(player->run.method).needs().embree;
@@ -270,6 +269,7 @@ private:
         if (part(partOfRound(round)) != nullptr)
             return progress(steps_.size());
         rewind();
+        const CpuUse use;
         Json times = Json::array(); // by counted frame and player: its stages
         for (size_t s = 0; s < steps_.size(); ++s) {
             checkInterrupted();
@@ -282,7 +282,23 @@ private:
                     times.push_back(std::move(stages));
             progress(1);
         }
-        context_.journal->set(part_ + partOfRound(round), std::move(times));
+        context_.journal->set(
+            part_ + partOfRound(round),
+            {{"times", std::move(times)}, {"other_cpu_share", otherShareJson(use.otherShare())}});
+    }
+
+    /// Returns the mean share of others in the processor's time, of the rounds where it is known,
+    /// also those that an earlier run measured; null if it is of none.
+    Json meanOtherShare(int rounds) const {
+        double sum = 0;
+        int count = 0;
+        for (int round = 0; round < rounds; ++round)
+            if (const Json& share = (*part(partOfRound(round)))["other_cpu_share"];
+                share.is_number()) {
+                sum += share.get<double>();
+                ++count;
+            }
+        return count > 0 ? Json(sum / count) : Json();
     }
 
     /// Returns the times of all counted rounds, by counted frame and player.
@@ -290,7 +306,7 @@ private:
         std::vector<Timing> timings(context_.frames.size() * players_.size());
         for (int round = experiment_.warmups; round < experiment_.warmups + experiment_.repeats;
              ++round) {
-            const Json& times = *part(partOfRound(round));
+            const Json& times = (*part(partOfRound(round)))["times"];
             for (size_t i = 0; i < timings.size(); ++i) {
                 StageTimes stages;
                 for (const Json& stage : times[i])

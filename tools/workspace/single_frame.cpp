@@ -135,7 +135,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
             std::vector<std::string> names;
             for (uint32_t view = 0; view < experiment.viewCount; ++view)
                 names.push_back(experiment.viewName(sceneNames({sceneArgument}).front(), view));
-            requireCosts(*costs_.table, method.costs, names, experiment.frames);
+            requireCosts(*costs_.table, method.costs, names, experiment.frames, experiment.start);
         }
     }
     const VoxelSource source{options.voxels, options.cache, options.allowStale};

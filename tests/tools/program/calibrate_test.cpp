@@ -270,6 +270,8 @@ TEST(ProgramCalibrate, RefusesInvalidInputByName) {
     writeText(directory / "cut.json", R"({"observations": [{"scene": "a", "vi)");
     writeText(directory / "list.json", "[]");
     writeText(directory / "empty.json", "{}");
+    const std::string results = directory / "results.json";
+    writeText(results, R"({"runs": [], "map_costs": []})");
     const char* scene = "builtin:fail-unequal-ranges";
     expectRefused(
         directory,
@@ -278,6 +280,10 @@ TEST(ProgramCalibrate, RefusesInvalidInputByName) {
          {{"calibrate", scene, "-o", file, "--size", "64"}, 1, "--size '64'"},
          {{"calibrate", scene, "-o", file, "--repeats", "0"}, 1, "--repeats '0'"},
          {{"calibrate", scene, "-o", file, "--taps", "1,4"}, 1, "calibrate takes one value"},
+         {{"calibrate", scene, "-o", results},
+          1,
+          "results.json': would replace results of compare"},
+         {{"calibrate", scene, "-o", file, "--observations", results}, 1, "would replace results"},
          {{"calibrate", "-o", file, "--from", directory / "none.json"}, 2, "none.json"},
          {{"calibrate", "-o", file, "--from", directory / "broken.json"}, 2, "no observations"},
          {{"calibrate", "-o", file, "--from", directory.path()}, 2, "is a directory"},

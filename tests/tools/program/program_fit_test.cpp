@@ -270,9 +270,35 @@ TEST(Fit, FoldersHoldScenesOfEveryKindThatIsRead) {
     EXPECT_EQ(scenes[1].at("scene"), "b.obj");
 }
 
+// A hybrid that draws no map is the method of rays that believes the same, not any.
+TEST(Fit, RaysInPlaceOfAHybridBelieveTheSame) {
+    const TemporaryDirectory directory;
+    const std::string result = directory / "f.json";
+    const ProgramResult fit = runShadowdag(directory, {"fit",          "builtin:fail-contact",
+                                                       "-o",           result,
+                                                       "--size",       "48x27",
+                                                       "--frames",     "0",
+                                                       "--methods",    "dag,hybrid",
+                                                       "--resolution", "16",
+                                                       "--believe",    "all,none",
+                                                       "--thresholds", "100000",
+                                                       "--taps",       "1",
+                                                       "--repeats",    "2",
+                                                       "--max",        "0",
+                                                       "--no-charts",  "--json"});
+    ASSERT_EQ(fit.status, 0) << fit.err;
+    const Json chosen = fit.json().at("chosen");
+    EXPECT_EQ(chosen.at("error").get<double>(), 0.0) << chosen.at("label");
+    EXPECT_EQ(chosen.at("method"), "dag") << "which needs no map";
+}
+
 TEST(Fit, ErrorsAreReportedWithTheirStatus) {
     const TemporaryDirectory directory;
-    const std::string f = directory / "f.json", scene = "builtin:fail-contact";
+    const std::string f = directory / "f.json", scene = "builtin:fail-contact",
+                      calibration = directory / "c.json", results = directory / "r.json";
+    writeText(calibration, R"({"calibration": {"rays": [{"term": "samples", "ms": 1}],
+                               "map": [{"term": "maps", "ms": 1}]}})");
+    writeText(results, R"({"runs": [], "map_costs": []})");
     std::filesystem::create_directories(directory / "empty");
     writeText(directory / "mine.json", "{\"title\": \"Mine\"}");
     writeText(directory / "page.html", "<p>mine</p>");
@@ -286,6 +312,10 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
          {{"fit", scene, "-o", f, "--minimise", "watts"}, 1, "must be one of time, bytes"},
          {{"fit", scene, "-o", f, "--methods", "embree"}, 1, "must be one of dag, maps, hybrid"},
          {{"fit", scene, "-o", f, "--bias", "1,2"}, 1, "--bias: fit does not vary it"},
+         {{"fit", scene, "-o", f, "--beams", "0,256M"}, 1, "--beams: fit does not vary it"},
+         {{"fit", scene, "-o", f, "--start", "cold,warm"}, 1, "--start: fit does not vary it"},
+         {{"fit", scene, "--costs", calibration, "-o", calibration}, 1, "c.json"},
+         {{"fit", scene, "-o", results}, 1, "r.json': would replace results of compare"},
          {{"fit", scene, "-o", f, "--repeats", "1"}, 1, "--repeats '1'"},
          {{"fit", scene, "-o", f, "--minimise", "bytes", "--repeats", "3"}, 1, "is for times"},
          {{"fit", scene, "-o", f, "--model", "oracle"}, 1, "--model 'oracle': routes by"},

@@ -247,10 +247,26 @@ TEST(CompareParts, APartIsResumedOnlyAsThatPart) {
     std::filesystem::create_directories(out + "/partial");
     writeText(out + "/partial/journal.json", "{\"key\": \"another\", \"parts\": {}}");
     const ProgramResult result =
-        runShadowdag(directory, tinyCompare(out) + Arguments{"--part", "2/2", "--resume"});
+        runShadowdag(directory, tinyCompare(out) + Arguments{"--part", "1/2", "--resume"});
     EXPECT_EQ(result.status, 1);
     EXPECT_THAT(result.err, HasSubstr("belongs to another run"));
     EXPECT_TRUE(std::filesystem::exists(out + "/part.json")) << "the older part is unharmed";
+}
+
+TEST(CompareParts, APartReplacesNoOther) {
+    const TemporaryDirectory directory;
+    const std::string out = directory / "part";
+    const Arguments first = tinyCompare(out) + Arguments{"--part", "1/2"};
+    ASSERT_EQ(runShadowdag(directory, first).status, 0);
+    const std::string part = readText(out + "/part.json");
+    for (const char* other : {"2/2", "1/3"}) {
+        const ProgramResult result =
+            runShadowdag(directory, tinyCompare(out) + Arguments{"--part", other});
+        EXPECT_EQ(result.status, 1) << result.err;
+        EXPECT_THAT(result.err, HasSubstr("holds part 1 of 2, which this part would replace"));
+        EXPECT_EQ(readText(out + "/part.json"), part);
+    }
+    EXPECT_EQ(runShadowdag(directory, first).status, 0) << "itself it may";
 }
 
 } // namespace shadowdag

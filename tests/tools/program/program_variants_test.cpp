@@ -114,6 +114,19 @@ TEST(ProgramVariants, ASequenceGivesItsTableItsFiguresAndNoOtherRuns) {
                                "--figure '9': must be a whole number from 10 to 18"}});
 }
 
+// The default model is for frames whose costs were measured, which a sequence has not.
+TEST(ProgramVariants, ASequenceOfAFileNeedsNoModels) {
+    const TemporaryDirectory directory;
+    const std::string file = directory / "e.json";
+    writeText(file, R"({"scenes": ["builtin:fail-mover"], "sequence": true, "frames": "0:1",
+                        "size": "32x18", "repeats": 1, "warmups": 0, "flicker_points": 100})");
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", "--experiment", file, "-o", directory / "r",
+                                 "--no-charts", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_GT(result.json()["sequence_run_count"], 4);
+}
+
 TEST(ProgramVariants, SingleFramesTakeANameToo) {
     const TemporaryDirectory directory;
     const Arguments size{"--size", "48x27", "--json"};

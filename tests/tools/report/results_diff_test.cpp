@@ -153,6 +153,29 @@ TEST(ResultsDiff, ScenesInAnotherOrderAreTheSame) {
     EXPECT_THAT(refusalOf(a, b), HasSubstr("different experiments: scenes"));
 }
 
+TEST(ResultsDiff, SpellingsOfOneExperimentAreTheSame) {
+    Json a = timed({{"pair_count", 9}}), b = a;
+    const auto refusalOfFrames = [&](const char* before, const char* now) {
+        a["experiment"]["frames"] = before;
+        b["experiment"]["frames"] = now;
+        return refusalOf(a, b);
+    };
+    EXPECT_EQ(refusalOfFrames("0", "0:0"), "");
+    EXPECT_EQ(refusalOfFrames("30,0,60", "0:60:30"), "");
+    EXPECT_EQ(refusalOfFrames("0:1,5", "0,1,5"), "");
+    EXPECT_EQ(refusalOfFrames("no frames", "no frames"), "") << "of an edited file";
+    EXPECT_THAT(refusalOfFrames("0:0", "0:1"), HasSubstr("frames was \"0\" and is \"0:1\""));
+    EXPECT_THAT(refusalOfFrames("0:9:3", "0,3,8"),
+                HasSubstr("frames was \"0:9:3\" and is \"0,3,8\""));
+    EXPECT_THAT(refusalOfFrames("0", "no frames"), HasSubstr("is \"no frames\""));
+    b["experiment"]["frames"] = a["experiment"]["frames"];
+    a["experiment"]["methods"] = {"dag", "maps"};
+    b["experiment"]["methods"] = {"maps", "dag"};
+    EXPECT_EQ(refusalOf(a, b), "");
+    b["experiment"]["methods"] = {"maps"};
+    EXPECT_THAT(refusalOf(a, b), HasSubstr("methods was"));
+}
+
 TEST(ResultsDiff, AllDifferencesOfExperimentsAreNamed) {
     Json a = timed({{"pair_count", 9}}), b = a;
     b["experiment"]["size"] = "2x2";
@@ -355,6 +378,10 @@ TEST(ResultsDiff, ValuesOfAnotherTypeOrRangeAreRefusedWithTheirPlace) {
             EXPECT_THAT(refusal, HasSubstr(std::string("\"") + key + "\" is " + value.dump()));
         }
     EXPECT_THAT(refusalAfter("/runs/1/time_ms", 1e9), HasSubstr("outside its interval"));
+    EXPECT_THAT(refusalAfter("/runs/1/false_shadow_count", 0.5),
+                HasSubstr("must be a whole number"));
+    for (const char* key : {"mean_abs_visibility_error", "flip", "null_rate", "time_ms_confidence"})
+        EXPECT_THAT(refusalAfter(std::string("/runs/1/") + key, 1.5), HasSubstr("at most 1"));
     EXPECT_THAT(refusalAfter("/runs/1/stages_ms/shading", "1"), HasSubstr("\"shading\" is \"1\""));
     for (const Json& value : {Json(7), Json("x"), Json::array({1}), Json()})
         EXPECT_THAT(refusalAfter("/runs/1/stages_ms", value), HasSubstr("must be an object"));

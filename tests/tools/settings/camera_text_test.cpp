@@ -39,14 +39,31 @@ TEST(CameraText, TakesBlanksAroundItsNumbers) {
     EXPECT_THAT(cameraRefusal("0, , 3, 4, 5, 6"), HasSubstr("must be a number"));
 }
 
-// Squares of such distances are not floats.
-TEST(CameraText, ATargetMayBeAsNearAsFloatsAre) {
-    for (const char* distance : {"1e-22", "3e-23", "1e-38"}) {
+TEST(CameraText, GivesTheSameViewFarFromTheOrigin) {
+    for (const float away : {0.3f, 37.0f, 1e4f, 4.5e6f, 1e8f, 9e8f})
+        for (const glm::vec3& target : {glm::vec3(960, -1280, 7), glm::vec3(1280, -960, 7)}) {
+            Camera camera;
+            camera.positionWorld = {away, -away / 3, away / 7};
+            camera.forward = glm::vec3(glm::normalize(glm::dvec3(target)));
+            const std::string text = cameraText(camera);
+            const Camera again = cameraFromText(text);
+            EXPECT_EQ(again.positionWorld, camera.positionWorld) << text;
+            EXPECT_LT(glm::distance(again.forward, camera.forward), 1e-7f) << text;
+            EXPECT_EQ(cameraText(again), text);
+        }
+    // A user's numbers that floats do not tell apart.
+    EXPECT_EQ(cameraFromText("100000003,0,0,100000003,0,-1").forward, glm::vec3(0, 0, -1));
+    EXPECT_EQ(cameraText(cameraFromText("1,2,3,1,2,-4")).substr(0, 11), "1,2,3,1,2,2");
+}
+
+// Squares of such distances are not numbers.
+TEST(CameraText, ATargetMayBeAsNearAsNumbersAre) {
+    for (const char* distance : {"1e-22", "3e-23", "1e-38", "1e-60", "1e-300"}) {
         const Camera camera = cameraFromText(std::string("0,0,0,") + distance + ",0,0");
         EXPECT_EQ(camera.forward, glm::vec3(1, 0, 0)) << distance;
         EXPECT_NEAR(glm::length(camera.up), 1, 1e-6f) << distance;
     }
-    EXPECT_THAT(cameraRefusal("0,0,0,1e-60,0,0"), HasSubstr("the same point"));
+    EXPECT_THAT(cameraRefusal("1,2,3,1,2,3"), HasSubstr("the same point"));
 }
 
 // Near the vertical nothing turns over: as of a camera that looks along -z and tilts.

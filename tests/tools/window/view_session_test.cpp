@@ -192,6 +192,20 @@ TEST_F(ViewSessionTest, AViewIsSavedAndThePictureStillCompleted) {
     EXPECT_TRUE(std::filesystem::exists(saved->png));
 }
 
+TEST_F(ViewSessionTest, EachViewIsSavedBeforeWhatWasRequestedAfterIt) {
+    ASSERT_TRUE(open());
+    ViewRequest request = smallRequest(1);
+    request.scene = scene->serial;
+    for (const char* name : {"/1", "/2", "/3"})
+        session.save(request, directory.path() + name);
+    session.open("builtin:fail-wires", "", 6, "");
+    ASSERT_TRUE(waitForScene());
+    ASSERT_TRUE(waitForRest());
+    EXPECT_EQ(session.status().error, "");
+    for (const char* name : {"/1", "/2", "/3"})
+        EXPECT_TRUE(std::filesystem::exists(directory.path() + name)) << name;
+}
+
 TEST_F(ViewSessionTest, RequestsOfAnotherSceneAreDropped) {
     ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);

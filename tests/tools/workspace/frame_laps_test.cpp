@@ -28,6 +28,10 @@ TEST(FrameLaps, SummaryHasMediansAndTheSlowestFrame) {
     EXPECT_EQ(summary["stages_ms"]["gbuffer"], 2.0);
     EXPECT_EQ(summary["stages_ms"]["shading"], 0.5);    // 0 in the frame that has no such stage
     EXPECT_EQ(summary["stages_ms"]["page masks"], 0.0); // 0 in two of three
+    const Json two =
+        summarizeLap(Json::array({row(5, {{"shading", 1.0}}), row(9, {{"shading", 4.0}})}));
+    EXPECT_EQ(two["wall_ms"], 7.0);
+    EXPECT_EQ(two["stages_ms"]["shading"], 2.5);
 }
 
 } // namespace shadowdag

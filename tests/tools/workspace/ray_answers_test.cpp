@@ -8,11 +8,14 @@
 #include "tools/workspace/tracer_plugin.h"
 #include "tools/workspace/whole_file.h"
 
+#include "scenes/scene_kind.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cfenv>
 #include <functional>
+#include <utility>
 
 namespace shadowdag {
 namespace {
@@ -32,6 +35,17 @@ TEST(RayAnswers, AreReadInBothForms) {
         EXPECT_EQ(read.visibility, (std::vector<float>{0, 1, 1, 1}));
         EXPECT_EQ(read.timeMs, (std::vector<double>{2.0, 1.0, 3.0}));
         EXPECT_EQ(read.buildMs, 0.5);
+    }
+}
+
+// The scenes' readers know these files without the headers of tools/.
+TEST(RayAnswers, ReadersOfScenesKnowTheFilesByTheirBeginning) {
+    for (const auto& [begin, name] :
+         {std::pair(kRaySetKind, "a set of rays"), std::pair(kAnswersKind, "a tracer's answers")}) {
+        const std::string file = encodeArrays(begin, {});
+        const auto kind = otherKindOf("unnamed", {file.begin(), file.end()});
+        ASSERT_TRUE(kind) << name;
+        EXPECT_THAT(kind->name, HasSubstr(name));
     }
 }
 

@@ -333,7 +333,8 @@ TEST(ReportDirectory, AJournalThatCannotBeReadDoesNotCountAsAbsent) {
     const std::string journal = directory / "partial/journal.json";
     writeText(directory / "results.json", R"({"provenance": {}, "experiment": {}, "runs": []})");
     writeText(journal, "{}");
-    std::filesystem::resize_file(journal, kMaxJsonBytes + 1); // also for root, who reads all else
+    std::filesystem::resize_file(journal,
+                                 kMaxOwnJsonBytes + 1); // also for root, who reads all else
     try {
         const ReportDirectory held(directory.path(), false, false);
         ADD_FAILURE();
