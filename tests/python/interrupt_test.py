@@ -17,6 +17,16 @@ class Stop(Exception):
     pass
 
 
+def stop_after(seconds):
+    """Returns a progress function that ends the work after some seconds."""
+    start = time.monotonic()
+
+    def progress(what, fraction):
+        if time.monotonic() - start > seconds:
+            raise Stop
+    return progress
+
+
 class Interrupts(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -65,14 +75,10 @@ class Interrupts(unittest.TestCase):
                 turns.append(time.monotonic())
                 time.sleep(0.01)
 
-        def progress(what, fraction):
-            if time.monotonic() - start > 1:
-                raise Stop
         other = threading.Thread(target=count)
-        start = time.monotonic()
         other.start()
         with self.assertRaises(Stop):
-            self.scene.voxelize(LONG, progress=progress)
+            self.scene.voxelize(LONG, progress=stop_after(1))
         ends.set()
         other.join()
         self.assertGreater(len(turns), 10)  # with the lock held it would have been one or two
@@ -86,14 +92,9 @@ class Interrupts(unittest.TestCase):
 
         def work():
             with self.assertRaises(Stop):
-                self.scene.voxelize(LONG, progress=progress)
+                self.scene.voxelize(LONG, progress=stop_after(2))
             ends.append(True)
-
-        def progress(what, fraction):
-            if time.monotonic() - start > 2:
-                raise Stop
         other = threading.Thread(target=work)
-        start = time.monotonic()
         other.start()
         time.sleep(0.5)
         self.assertEqual(frame.picture().shape, (180, 320, 3))

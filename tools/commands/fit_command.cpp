@@ -42,12 +42,6 @@ bool isExperimentOfFit(const std::string& path) {
            json["title"].get<std::string>().starts_with(kTitle);
 }
 
-/// Returns whether a file is the result of a fit, whose page is beside it.
-bool isResultOfFit(const std::string& path) {
-    const Json json = readOwnJsonFile(path);
-    return json.is_object() && json.contains("sweep") && json.contains("provenance");
-}
-
 struct FitOptions {
     GlobalOptions global;
     CommonOptions common;
@@ -209,7 +203,7 @@ void checkOutputs(const FitOptions& options, const std::string& experimentPath,
     };
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         refuse(1);
-    if (!isResultOfFit(options.output))
+    if (!isFitResult(readOwnJsonFile(options.output))) // whose page is beside it
         for (size_t file = 2; file < files.size(); ++file)
             if (fs::exists(files[file].second))
                 refuse(file);

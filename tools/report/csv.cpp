@@ -46,10 +46,7 @@ std::string flatCsv(const Json& rows, const std::vector<std::string>& omitted) {
 }
 
 std::string runsCsv(const Json& runs) {
-    // Nested objects become separate columns; every row gets every column, in order of first
-    // appearance.
-    std::vector<Json> flat;
-    Json all = Json::object();
+    Json rows = Json::array(); // nested objects become separate columns
     for (const Json& run : runs) {
         Json row = Json::object();
         for (const auto& [key, value] : run.items()) {
@@ -63,15 +60,7 @@ std::string runsCsv(const Json& runs) {
             for (const auto& [inner, innerValue] : value.items())
                 row[key + "." + inner] = innerValue;
         }
-        for (const auto& [key, value] : row.items())
-            all[key] = "";
-        flat.push_back(std::move(row));
-    }
-    Json rows = Json::array();
-    for (const Json& row : flat) {
-        Json full = all;
-        full.update(row);
-        rows.push_back(std::move(full));
+        rows.push_back(std::move(row));
     }
     return flatCsv(rows);
 }

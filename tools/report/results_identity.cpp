@@ -199,11 +199,14 @@ std::string remarkOnReplaced(const std::string& directory, const Json& fresh) {
     return "";
 }
 
+bool isFitResult(const Json& json) {
+    return json.is_object() && json.contains("sweep") && json.contains("provenance");
+}
+
 void refuseToReplaceResults(const std::string& option, const std::string& path,
                             const std::string& allowed) {
     const Json json = readOwnJsonFile(path);
-    const bool isFit = json.is_object() && json.contains("sweep") && json.contains("provenance");
-    const std::string kind = isFit ? "fit" : identityOf(json).kind;
+    const std::string kind = isFitResult(json) ? "fit" : identityOf(json).kind;
     if (!kind.empty() && kind != allowed)
         throw Error(ErrorKind::kUsage, option + " '" + path + "': would replace results of " +
                                            kind + "; choose another name");

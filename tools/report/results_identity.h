@@ -29,6 +29,9 @@ ResultsIdentity identityOf(const Json& results);
 /// @param fresh what identityOf reads of the new one: "study", or "runs", "map_costs", "experiment"
 std::string remarkOnReplaced(const std::string& directory, const Json& fresh);
 
+/// Returns whether a value is the result of `fit`, which identityOf does not know.
+bool isFitResult(const Json& json);
+
 /// Throws Error kUsage if the file of an option holds results of a command, which may have taken
 /// hours to measure. @param allowed the command whose results it may replace: "calibrate", "fit"
 void refuseToReplaceResults(const std::string& option, const std::string& path,

@@ -13,5 +13,5 @@ def run(arguments):
     results = read_results(directory, "mutants.json", WHAT)
     write_page(directory, "mutants.html.j2", os.path.join(directory, "mutants.json"), WHAT, lambda: {
         "title": "The judge judged: which check notices which fault", "results": results, "summary": summary(results) + " " + power_text(results),
-        "headings": HEADINGS, "rows": [[words(name), *map(wide, cells), *map(counted, counts)] for name, *cells, more, hidden in rows(results) for counts in [(more, hidden)]],
+        "headings": HEADINGS, "rows": [[words(name), *map(wide, cells), counted(more), counted(hidden)] for name, *cells, more, hidden in rows(results)],
         "provenance": key_rows(results["provenance"])})
