@@ -10,13 +10,19 @@
 #include "voxel/openvdb_module.h"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <latch>
+#include <memory>
 #include <new>
+#include <thread>
+#include <vector>
 
 namespace shadowdag {
 namespace {
@@ -33,8 +39,38 @@ Error notLoaded(const std::string& why) {
                                            why + "; install the program and libopenvdb again");
 }
 
+/// Starts as many threads as the initializer of liblog4cplus does (OpenVDB's messages go through
+/// it), and ends them: where one of its own cannot start, it waits for the others without end.
+/// Their stacks and heaps stay in the caches of the C library, from which the next threads take
+/// them. Throws std::system_error where a thread, std::bad_alloc where memory is lacking.
+void proveThreadsStart() {
+    constexpr int kThreads = 4; // LOG4CPLUS_THREADPOOL_SIZE of its builds
+    // Address space that the module and its libraries take: 80 MiB with those of Debian 12.
+    constexpr size_t kLibraryBytes = size_t(128) << 20;
+    void* const space =
+        mmap(nullptr, kLibraryBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (space == MAP_FAILED)
+        throw std::bad_alloc();
+    const auto unmap = [](void* pages) { munmap(pages, kLibraryBytes); };
+    const std::unique_ptr<void, decltype(unmap)> kept(space, unmap);
+    std::latch haveHeaps(kThreads), end(1);
+    std::vector<std::jthread> threads;
+    threads.reserve(kThreads);
+    const auto letEnd = [](std::latch* latch) { latch->count_down(); };
+    const std::unique_ptr<std::latch, decltype(letEnd)> ended(&end, letEnd); // before the threads
+    for (int i = 0; i < kThreads; ++i)
+        threads.emplace_back([&] {
+            void* volatile byte = std::malloc(1); // gives the thread its heap
+            std::free(byte);
+            haveHeaps.count_down();
+            end.wait();
+        });
+    haveHeaps.wait();
+}
+
 Loading load() {
     try {
+        proveThreadsStart();
         void* const library = dlopen(kOpenVdbModuleFile, RTLD_NOW | RTLD_LOCAL);
         void* const function = library ? dlsym(library, kOpenVdbModuleFunction) : nullptr;
         if (!function) {

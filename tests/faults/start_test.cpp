@@ -25,7 +25,8 @@ TEST(Start, WithoutMemoryOrThreadsEndsWithAMessage) {
         for (int megabytes = 50; megabytes <= 400; megabytes += 5) {
             const ProgramResult result =
                 runShadowdag(directory, arguments,
-                             {"/usr/bin/prlimit", "--as=" + std::to_string(megabytes) + "000000"});
+                             {"/usr/bin/timeout", "-s", "USR1", "60", // status 124: it hangs
+                              "/usr/bin/prlimit", "--as=" + std::to_string(megabytes) + "000000"});
             ++counts[result.status];
             EXPECT_THAT(result.status, testing::AnyOf(0, 3, kLoader))
                 << arguments[0] << megabytes << result.err;
