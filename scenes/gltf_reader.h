@@ -3,7 +3,9 @@
 // every bound checked. Included by gltf_reader*.cpp only, the files that use tinygltf.
 #pragma once
 
+#include "scenes/color_image.h"
 #include "scenes/gltf.h"
+#include "scenes/png_alpha.h"
 
 #include <glm/glm.hpp>
 #include <tiny_gltf.h>
@@ -23,6 +25,7 @@ struct Document {
     std::string path;
     tinygltf::Model model;
     std::vector<OpacityMap> opacityMaps;        ///< one a material; empty: a glTF file has none
+    std::vector<int> firstAlike;                ///< of each image: the first of the same source
     uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
     uint64_t surplusBytes = 0;                  ///< of a .glb after the length that it states
@@ -100,6 +103,11 @@ public:
     std::pair<const uint8_t*, size_t> bytesOf(int bufferView, const std::string& place) const;
     /// Adds to the count of returned content. Throws when it passes the limit.
     void charge(uint64_t bytes, const std::string& place);
+    /// Adds the texels of an image that was decoded.
+    void addTexels(uint64_t count) { texelCount_ += count; }
+    /// Throws when the images that were decoded have more texels than any scene's: a few KB of PNG
+    /// or JPEG may hold as many as kMaxMaskTexels, each of which takes time.
+    void checkTexels(const std::string& place) const;
 
 private:
     struct Source {
@@ -115,7 +123,7 @@ private:
 
     const Document& document_;
     uint64_t budgetBytes_;
-    uint64_t usedBytes_ = 0;
+    uint64_t usedBytes_ = 0, texelCount_ = 0;
     std::map<int, std::vector<glm::vec3>> positions_;
 };
 
@@ -155,6 +163,13 @@ std::string imagePlace(const Document& document, int image);
 /// they are missing.
 ImageBytes readImageBytes(const Document& document, const AccessorReader& accessors, int image);
 
+/// Returns the image of these bytes as readColorImage and readPngAlpha do, and counts its texels.
+/// Throws Error kInput, too, where a scene's images have too many (AccessorReader::checkTexels).
+ColorImage decodeColors(AccessorReader& accessors, const ImageBytes& bytes,
+                        const std::string& place);
+AlphaImage decodeAlpha(AccessorReader& accessors, const ImageBytes& bytes,
+                       const std::string& place);
+
 /// How a material is cut out.
 struct MaterialMask {
     int mask = kNone;     ///< of those that were read; kNone: opaque
@@ -192,7 +207,7 @@ struct MaterialTextures {
 /// which material has which. Images are decoded one at a time; those that are missing, damaged, of
 /// another format than PNG and JPEG, or beyond kMaxSceneTexels are left out with a warning. Throws
 /// Error kInput for a material that refers to what does not exist.
-MaterialTextures readBaseColorTextures(const Document& document, const AccessorReader& accessors,
+MaterialTextures readBaseColorTextures(const Document& document, AccessorReader& accessors,
                                        TextureSet& textures);
 
 /// The accessors that deform the vertices of a primitive.

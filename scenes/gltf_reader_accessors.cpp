@@ -13,6 +13,8 @@ namespace {
 // tiny files.
 constexpr uint64_t kGrowthLimit = 64;
 constexpr uint64_t kFreeBytes = 16u << 20;
+// Four times what a scene's textures may have: of those of one colour and of masks nothing stays.
+constexpr uint64_t kTexelLimit = 64, kFreeTexels = 4 * kMaxSceneTexels;
 
 size_t componentBytes(int componentType) {
     switch (componentType) {
@@ -108,6 +110,13 @@ void AccessorReader::charge(uint64_t bytes, const std::string& place) {
              "the file of " + std::to_string(document_.inputBytes) + " bytes declares more than " +
                  std::to_string(budgetBytes_) + " bytes of content; its counts are wrong");
     usedBytes_ += bytes;
+}
+
+void AccessorReader::checkTexels(const std::string& place) const {
+    if (texelCount_ > kFreeTexels + kTexelLimit * document_.inputBytes)
+        fail(document_, place,
+             "the images before it have " + std::to_string(texelCount_) +
+                 " texels, more than a scene's may; scale them down, or use fewer");
 }
 
 const tinygltf::Accessor& AccessorReader::accessorAt(int accessor, const std::string& place) const {

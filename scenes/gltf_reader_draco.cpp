@@ -11,6 +11,7 @@
 
 #include <cstring>
 #include <memory>
+#include <tuple>
 
 namespace shadowdag::gltf {
 
@@ -123,6 +124,15 @@ private:
 
     int attributeOf(uint64_t view, uint64_t id, const std::string& name,
                     const std::map<std::string, int>& authored, const std::string& place) {
+        const auto written = authored.find(name);
+        const auto& accessors = document_.model.accessors;
+        const bool isNormalized = written != authored.end() && written->second >= 0 &&
+                                  size_t(written->second) < accessors.size() &&
+                                  accessors[size_t(written->second)].normalized;
+        const std::tuple key(view, id, componentCountOf(name), isNormalized);
+        const auto known = attributes_.find(key);
+        if (known != attributes_.end())
+            return known->second;
         const draco::Mesh& mesh = meshOf(view, place);
         const draco::PointAttribute* const from =
             id <= UINT32_MAX ? mesh.GetAttributeByUniqueId(uint32_t(id)) : nullptr;
@@ -139,11 +149,7 @@ private:
                  name + " has " + std::to_string(from->num_components()) +
                      " components of Draco's type " + std::to_string(from->data_type()) +
                      ", which glTF does not have");
-        const auto written = authored.find(name);
-        const auto& accessors = document_.model.accessors;
-        accessor.normalized = written != authored.end() && written->second >= 0 &&
-                              size_t(written->second) < accessors.size() &&
-                              accessors[size_t(written->second)].normalized;
+        accessor.normalized = isNormalized;
         const size_t elementBytes =
             size_t(count) * size_t(draco::DataTypeLength(from->data_type()));
         if (from->byte_stride() != int64_t(elementBytes))
@@ -159,7 +165,7 @@ private:
             from->GetValue(value, bytes.data() + p * elementBytes);
         }
         accessor.count = mesh.num_points();
-        return append(accessor, std::move(bytes));
+        return attributes_[key] = append(accessor, std::move(bytes));
     }
 
     int indicesOf(uint64_t view, const std::string& place) {
@@ -200,6 +206,8 @@ private:
     UnpackedBytes unpacked_;
     std::map<uint64_t, std::unique_ptr<draco::Mesh>> meshes_; // by buffer view
     std::map<uint64_t, int> indices_;                         // accessors, by buffer view
+    /// Accessors, by buffer view, attribute, components and whether integers are normalised.
+    std::map<std::tuple<uint64_t, uint64_t, int, bool>, int> attributes_;
 };
 
 } // namespace

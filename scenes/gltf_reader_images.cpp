@@ -83,7 +83,7 @@ std::optional<TextureUse> readUse(const Document& document, const tinygltf::Text
     const tinygltf::Texture& texture = model.textures[use.texture];
     if (texture.source == -1)
         return use;
-    use.image = int(check(texture.source, model.images.size(), "image"));
+    use.image = document.firstAlike[check(texture.source, model.images.size(), "image")];
     if (texture.sampler != -1) {
         const tinygltf::Sampler& sampler =
             model.samplers[check(texture.sampler, model.samplers.size(), "sampler")];
@@ -147,6 +147,22 @@ ImageBytes readImageBytes(const Document& document, const AccessorReader& access
     bytes.data = source.image.empty() ? bytes.own.data() : source.image.data();
     bytes.count = source.image.empty() ? bytes.own.size() : source.image.size();
     return bytes;
+}
+
+ColorImage decodeColors(AccessorReader& accessors, const ImageBytes& bytes,
+                        const std::string& place) {
+    accessors.checkTexels(place);
+    ColorImage image = readColorImage(bytes.data, bytes.count, place);
+    accessors.addTexels(uint64_t(image.width) * image.height);
+    return image;
+}
+
+AlphaImage decodeAlpha(AccessorReader& accessors, const ImageBytes& bytes,
+                       const std::string& place) {
+    accessors.checkTexels(place);
+    AlphaImage image = readPngAlpha(bytes.data, bytes.count, place);
+    accessors.addTexels(uint64_t(image.width) * image.height);
+    return image;
 }
 
 } // namespace shadowdag::gltf

@@ -17,8 +17,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 #include <string_view>
+#include <tuple>
 
 namespace shadowdag::gltf {
 
@@ -288,6 +290,28 @@ std::string jsonProblem(const std::string& said, std::string_view json) {
                 : "; export the file again");
 }
 
+/// Returns for each image the first one of the same source: a part of a buffer, or a file.
+std::vector<int> firstImagesAlike(const tinygltf::Model& model) {
+    std::map<std::tuple<int, size_t, size_t, std::string>, int> known;
+    std::vector<int> first;
+    for (size_t i = 0; i < model.images.size(); ++i) {
+        const tinygltf::Image& image = model.images[i];
+        const bool isInView =
+            image.bufferView >= 0 && size_t(image.bufferView) < model.bufferViews.size();
+        if (isInView) {
+            const tinygltf::BufferView& view = model.bufferViews[size_t(image.bufferView)];
+            first.push_back(
+                known.try_emplace({view.buffer, view.byteOffset, view.byteLength, ""}, int(i))
+                    .first->second);
+        } else if (image.bufferView == -1 && image.image.empty() && !image.uri.empty()) {
+            first.push_back(known.try_emplace({-1, 0, 0, image.uri}, int(i)).first->second);
+        } else {
+            first.push_back(int(i));
+        }
+    }
+    return first;
+}
+
 } // namespace
 
 void fail(const Document& document, const std::string& place, const std::string& problem) {
@@ -382,6 +406,7 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     document.inputBytes += access.bytes;
     unpackMeshopt(document);
     unpackDraco(document);
+    document.firstAlike = firstImagesAlike(document.model);
     return document;
 }
 

@@ -4,8 +4,6 @@
 #include "scenes/gltf_reader.h"
 
 #include "cuda/error.h"
-#include "scenes/color_image.h"
-#include "scenes/png_alpha.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,7 +66,7 @@ private:
     const tinygltf::Model& model() const { return document_.model; }
     void readMaterial(size_t index);
     bool hasTransparentTexels(size_t material);
-    bool isTransparent(int image) const;
+    bool isTransparent(int image);
     void makeMasks(size_t first, size_t end);
     int addMask(AlphaMask mask);
 
@@ -124,12 +122,12 @@ bool MaskReader::hasTransparentTexels(size_t material) {
 }
 
 // False for an image that cannot be read, which the reader of textures reports.
-bool MaskReader::isTransparent(int image) const {
+bool MaskReader::isTransparent(int image) {
     try {
         const ImageBytes bytes = readImageBytes(document_, accessors_, image);
         if (!isPng(bytes.data, bytes.count) || !mayHaveAlpha(bytes.data, bytes.count))
             return false;
-        const std::vector<uint8_t> alpha = readPngAlpha(bytes.data, bytes.count, "").alpha;
+        const std::vector<uint8_t> alpha = decodeAlpha(accessors_, bytes, "").alpha;
         return std::any_of(alpha.begin(), alpha.end(), [](uint8_t a) { return a < 128; });
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput)
@@ -158,7 +156,7 @@ void MaskReader::makeMasks(size_t first, size_t end) {
     if (image != -1) {
         bytes = readImageBytes(document_, accessors_, image);
         if (isPng(bytes.data, bytes.count)) {
-            alpha = readPngAlpha(bytes.data, bytes.count, document_.path + ": " + place);
+            alpha = decodeAlpha(accessors_, bytes, document_.path + ": " + place);
         } else if (!isJpeg(bytes.data, bytes.count)) { // which has no alpha
             result_.unreadableCount += end - first;
             return;
@@ -166,8 +164,7 @@ void MaskReader::makeMasks(size_t first, size_t end) {
         if (std::any_of(sources_.begin() + ptrdiff_t(first), sources_.begin() + ptrdiff_t(end),
                         [](const MaskSource& from) { return from.mayBeGrey; }) &&
             std::all_of(alpha.alpha.begin(), alpha.alpha.end(), [](uint8_t a) { return a == 255; }))
-            grey =
-                luminanceOf(readColorImage(bytes.data, bytes.count, document_.path + ": " + place));
+            grey = luminanceOf(decodeColors(accessors_, bytes, document_.path + ": " + place));
     }
     for (size_t i = first; i < end; ++i) {
         const MaskSource& from = sources_[i];

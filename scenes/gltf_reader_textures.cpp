@@ -21,7 +21,7 @@ struct TextureSource {
 
 class TextureReader {
 public:
-    TextureReader(const Document& document, const AccessorReader& accessors, TextureSet& textures)
+    TextureReader(const Document& document, AccessorReader& accessors, TextureSet& textures)
         : document_(document), accessors_(accessors), textures_(textures) {}
 
     MaterialTextures read() {
@@ -69,7 +69,7 @@ private:
                  "has an image only by an extension; only PNG and JPEG are read");
         const std::string place = imagePlace(document_, index);
         const ImageBytes bytes = readImageBytes(document_, accessors_, index);
-        const ColorImage image = readColorImage(bytes.data, bytes.count, place);
+        const ColorImage image = decodeColors(accessors_, bytes, place);
         if (isOneColor(image)) {
             const std::vector<float>& linear = linearFromSrgb();
             for (const TextureSource& source : sources)
@@ -124,7 +124,7 @@ private:
     }
 
     const Document& document_;
-    const AccessorReader& accessors_;
+    AccessorReader& accessors_;
     TextureSet& textures_;
     MaterialTextures result_;
     uint64_t texelCount_ = 0;
@@ -133,7 +133,7 @@ private:
 
 } // namespace
 
-MaterialTextures readBaseColorTextures(const Document& document, const AccessorReader& accessors,
+MaterialTextures readBaseColorTextures(const Document& document, AccessorReader& accessors,
                                        TextureSet& textures) {
     return TextureReader(document, accessors, textures).read();
 }

@@ -149,10 +149,11 @@ bool crossesAll(const std::vector<Touched>& touched, const std::vector<DirectedE
     return false;
 }
 
-/// Returns whether segments were found that are crossed, by an opaque triangle, and free.
+/// Returns whether segments were found that are crossed, by an opaque triangle, and free. A light
+/// that may not be asked at all is as one segment that is free.
 bool findWitnesses(const std::vector<Touched>& touched, const SegmentFamily& family) {
     constexpr uint32_t kTries = kFirstOthers + 32;
-    bool isCrossed = false, isFree = false;
+    bool isCrossed = false, isFree = !family.isSurelyAsked;
     for (uint32_t i = 0; i < kTries && !(isCrossed && isFree); ++i) {
         const auto [a, b] = segmentOf(family, i);
         bool isBlocked = false, mayBeBlocked = false;
@@ -222,7 +223,7 @@ Ruling Adjudicator::rule(const SegmentFamily& family, bool usesTree) const {
             ruling.verdict = Verdict::kDark;
             return ruling;
         }
-    ruling.isWitnessed = !family.isSurelyAsked || findWitnesses(touched, family);
+    ruling.isWitnessed = findWitnesses(touched, family);
     return ruling;
 }
 

@@ -26,8 +26,8 @@ enum class Verdict : uint8_t { kLit, kDark, kAmbiguous };
 /// A verdict with its reasons.
 struct Ruling {
     Verdict verdict = Verdict::kAmbiguous;
-    /// Ambiguous pairs: one segment was found that is free and one that is crossed, so that no
-    /// better proof exists.
+    /// Ambiguous pairs: one segment was found that is crossed, and one that is free or a light that
+    /// may not be asked, so that no better proof exists.
     bool isWitnessed = false;
     /// Triangles that were not proven to miss; of very many only the first are counted, and the
     /// pair is ambiguous.

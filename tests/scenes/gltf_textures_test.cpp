@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Base colour textures of glTF files: which material has which, where coordinates are kept, and
 // that a texture that cannot be shown is a warning.
-#include "scenes/gltf.h"
+#include "cuda/error.h"
+#include "scenes/gltf_reader.h"
 #include "scenes/world.h"
 #include "tests/scenes/gltf_files.h"
 
@@ -150,6 +151,59 @@ TEST(GltfTextures, WhatCannotBeShownIsAWarningThatNamesTheMaterial) {
     parts = boardFile();
     parts.set("textures", R"([{"extensions":{"KHR_texture_basisu":{"source":0}}}])");
     expectWarning(parts, "its texture: has an image only by an extension");
+}
+
+TEST(GltfTextures, ImagesOfOneSourceAreOne) {
+    GltfParts parts = boardFile();
+    std::string images, textures, materials;
+    for (int i = 0; i < 40; ++i) {
+        const std::string comma = i == 0 ? "" : ",", n = std::to_string(i);
+        images += comma + (i == 20 ? R"({"bufferView":5,"mimeType":"image/png"})"
+                                   : R"({"bufferView":4,"mimeType":"image/png"})");
+        textures += comma + R"({"source":)" + n + "}";
+        materials += comma + R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":)" + n + "}}}";
+    }
+    // Another view of the same bytes but the last, which ends the file's last chunk.
+    const std::string& views = parts.members.at("bufferViews");
+    const size_t count = fourTexels().size();
+    parts.set("bufferViews", views.substr(0, views.size() - 1) +
+                                 R"(,{"buffer":0,"byteOffset":124,"byteLength":)" +
+                                 std::to_string(count - 1) + "}]");
+    parts.set("images", "[" + images + "]").set("textures", "[" + textures + "]");
+    parts.set("materials", "[" + materials + "]");
+    const std::string bytes = parts.glb();
+    const gltf::Document document = gltf::loadDocument("t.glb", {bytes.begin(), bytes.end()});
+    for (int i = 0; i < 40; ++i)
+        EXPECT_EQ(document.firstAlike.at(size_t(i)), i == 20 ? 20 : 0);
+    const Scene scene = readParts(parts);
+    EXPECT_EQ(scene.textures.textures.size(), 1u);
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_THAT(scene.warnings[0], HasSubstr("materials/20 has its base colour factor alone"));
+}
+
+TEST(GltfTextures, ImagesOfMoreTexelsThanAnySceneHasAreNotDecoded) {
+    gltf::Document document;
+    document.path = "t.glb";
+    document.inputBytes = 1000;
+    gltf::AccessorReader accessors(document);
+    const std::string file = fourTexels();
+    const gltf::ImageBytes bytes{reinterpret_cast<const uint8_t*>(file.data()), file.size(), {}};
+    EXPECT_EQ(gltf::decodeColors(accessors, bytes, "images/0").rgb.size(), 12u);
+    EXPECT_EQ(gltf::decodeAlpha(accessors, bytes, "images/0").alpha.size(), 4u);
+    accessors.addTexels(4 * kMaxSceneTexels + 64 * 1000 - 8);
+    EXPECT_EQ(gltf::decodeColors(accessors, bytes, "images/1").width, 2u);
+    for (const bool isColor : {true, false})
+        try {
+            if (isColor)
+                gltf::decodeColors(accessors, bytes, "images/2");
+            else
+                gltf::decodeAlpha(accessors, bytes, "images/2");
+            ADD_FAILURE() << "was decoded";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_THAT(error.what(), HasSubstr("t.glb: images/2: the images before it have "
+                                                "1073805828 texels, more than a scene's may"));
+        }
 }
 
 TEST(GltfTextures, ManyThatCannotBeShownAreCounted) {

@@ -2,7 +2,7 @@
 // Compressed geometry (EXT_meshopt_compression, KHR_draco_mesh_compression): what was packed comes
 // back, and damaged streams are refused.
 #include "cuda/error.h"
-#include "scenes/gltf.h"
+#include "scenes/gltf_reader.h"
 #include "tests/scenes/allocation_peak.h"
 #include "tests/scenes/gltf_files.h"
 
@@ -277,6 +277,18 @@ TEST(GltfUnpack, DracoStreamsGiveTheTrianglesThatWerePacked) {
         for (size_t v = 0; v < mesh.uv.size(); ++v)
             EXPECT_EQ(mesh.uv[v], glm::vec2(mesh.positions[v]) / 16.0f);
     }
+}
+
+TEST(GltfUnpack, AttributesThatPrimitivesShareAreUnpackedOnce) {
+    GltfParts parts = dracoFile(dracoStream(draco::MESH_EDGEBREAKER_ENCODING));
+    const std::string start = R"([{"primitives":[)", all = kDracoMeshes;
+    const std::string one = all.substr(start.size(), all.size() - start.size() - 3);
+    parts.set("meshes", start + one + "," + one + "," + one + "]}]");
+    const std::string bytes = parts.glb();
+    const gltf::Document document = gltf::loadDocument("t.glb", {bytes.begin(), bytes.end()});
+    EXPECT_EQ(document.model.accessors.size(), 3u + 3u) << "positions, coordinates and indices";
+    for (const tinygltf::Primitive& primitive : document.model.meshes.at(0).primitives)
+        EXPECT_EQ(primitive.attributes, document.model.meshes[0].primitives[0].attributes);
 }
 
 TEST(GltfUnpack, BrokenDracoStreamsHaveTheirMessages) {

@@ -65,7 +65,7 @@ struct BandInputs {
                                                ///< largest coordinate, in these
     double voxelRatio = 1, texelRatio = 1; ///< voxel_ratio, texel_ratio: over the unperturbed ones
     double outlineCount = 1;               ///< StabilityGroup::outlineCount
-    double truthChange = 0;                ///< truth_change: results that change in Embree
+    double truthChange = 0; ///< truth_change: results that change in Embree, over those that do not
     double reachTexels = 1; ///< reach_texels: length of the shifts that explain errors of maps
     double wrongShare = 0;  ///< wrong_share: unperturbed
 };
@@ -146,8 +146,11 @@ struct FittedRate {
     size_t pointCount = 0;
 };
 
+/// A rate needs this many points, so that it has a standard error.
+constexpr int kRatePoints = 3;
+
 /// Returns the slope through points of positive x and y, ascending or descending in x; other points
-/// are ignored. Throws Error kUsage when fewer than three remain.
+/// are ignored. Throws Error kUsage when fewer than kRatePoints remain.
 FittedRate fitRate(const std::vector<std::pair<double, double>>& points);
 
 /// Measures a group. Returns {"time": rows, "perturbation": rows, "numeric": rows, "resolution":

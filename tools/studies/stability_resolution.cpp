@@ -20,7 +20,7 @@ FittedRate fitRate(const std::vector<std::pair<double, double>>& points) {
             ys.push_back(std::log2(y));
         }
     const size_t n = xs.size();
-    if (n < 3)
+    if (n < size_t(kRatePoints))
         throw Error(ErrorKind::kUsage, "fitRate: " + std::to_string(n) + " points of " +
                                            std::to_string(points.size()) +
                                            " are positive; a rate needs 3 or more");
@@ -81,6 +81,9 @@ void measureResolution(const StabilityTable& table, const StabilityGroup& group,
             if (row["group"] == group.name && row["method"] == kMatrixMethodNames[size_t(method)] &&
                 (method == MatrixMethod::kMaps || row["x"].get<double>() <= group.resolvedAt))
                 points.push_back({row["x"].get<double>(), row[measure].get<double>()});
+        if (std::count_if(points.begin(), points.end(),
+                          [](const auto& p) { return p.second > 0; }) < kRatePoints)
+            return; // hardly an error at any resolution
         const FittedRate rate = fitRate(points);
         Json row = {{"group", group.name},
                     {"case", measure},

@@ -81,6 +81,15 @@ Perturbation readPerturbation(StudyReader& reader) {
     return p;
 }
 
+/// Leaves out what a row says of its own scene, for another one: bands that need it are then as
+/// wide as a single outline makes them, and rates have none.
+void forgetScene(StabilityGroup& group) {
+    group.outlineCount = 0;
+    group.resolvedAt = StabilityGroup().resolvedAt;
+    if (group.part == StabilityPart::kResolution)
+        group.kind = "mixed";
+}
+
 class StabilityStudy : public Study {
 public:
     StabilityStudy(const StudyFile& file, const StudyRequest& request)
@@ -94,6 +103,7 @@ public:
                     StabilityGroup of = group;
                     of.name = rowNameOn(group.name, scene);
                     of.scene = scene;
+                    forgetScene(of);
                     groups_.push_back(of);
                 }
         }

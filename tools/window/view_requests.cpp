@@ -85,6 +85,9 @@ void Viewer::takeResults() {
     ui_.statusWork = status.work;
     ui_.statusFraction = status.fraction;
     ui_.statusError = status.error;
+    // The same failure twice is the same text: only the count tells that "saving..." has ended.
+    if (std::exchange(failedSaveCount_, status.failedSaveCount) != status.failedSaveCount)
+        ui_.message.clear();
     if (ui_.statusError != loggedError_) {
         // Each of its lines is one error; those that were told before are not told again.
         std::istringstream errors(ui_.statusError);

@@ -137,6 +137,7 @@ ViewStatus ViewSession::status() const {
     ViewStatus status = status_;
     for (const auto& [kind, error] : errors_)
         status.error += (status.error.empty() ? "" : "\n") + error;
+    status.failedSaveCount = failedSaveCount_;
     return status;
 }
 
@@ -308,6 +309,7 @@ void ViewSession::saveAll(const std::vector<SaveWork>& saves) {
             saved_ = std::move(saved);
         });
         const std::lock_guard lock(mutex_);
+        failedSaveCount_ += isDone ? 0 : 1;
         lostSaveCount_ += isQuitting_ && !isDone ? 1 : 0;
     }
 }

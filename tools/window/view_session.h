@@ -26,6 +26,7 @@ struct ViewStatus {
     /// same operation succeeds, or until clearErrors().
     std::string error;
     std::vector<std::string> notes; ///< remarks of opening the scene
+    size_t failedSaveCount = 0;     ///< views that were requested and not saved, for any reason
 };
 
 /// Costs used for routing from now on.
@@ -128,6 +129,7 @@ private:
     mutable std::mutex mutex_; // of what follows
     std::condition_variable asked_;
     bool isQuitting_ = false;
+    size_t failedSaveCount_ = 0; ///< see ViewStatus
     size_t lostSaveCount_ = 0; ///< views whose saving the end of the window cut off
     Work work_;
     bool isWorking_ = false, isBusy_ = false, canRefine_ = false;

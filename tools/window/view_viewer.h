@@ -85,6 +85,7 @@ private:
     int rateCount_ = 0;
     std::map<std::string, std::array<int, 4>> loggedLayout_;
     std::string loggedError_, loggedWork_;
+    size_t failedSaveCount_ = 0; // of the status that was shown last
     std::optional<Demo> demo_;
     std::vector<TourStop> tour_;
     int loggedCaption_ = -1;

@@ -35,5 +35,28 @@ TEST(StudyStability, WritesPageTableJsonAndCharts) {
               0);
 }
 
+// Bands and rates of a row hold for its own scene alone; on another one it is measured without
+// them.
+TEST(StudyStability, OnAUsersSceneRatesHaveNoBand) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    Json study =
+        Json::parse(readText(std::string(SDAG_SOURCE_DIR) + "/scenes/studies/stability.json"));
+    study["width"] = 64;
+    study["finest_voxels"] = 256;
+    writeText(directory / "small.json", study.dump());
+    const ProgramResult result = runShadowdag(
+        directory, {"study", directory / "small.json", "builtin:fail-lantern", "--only",
+                    "resolution-wires,resolution-cubes", "-o", report, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json json = Json::parse(readText(report + "/stability.json"));
+    EXPECT_TRUE(json["checks"].empty());
+    ASSERT_EQ(json["resolution"].size(), 2 * (3u + 5u));
+    EXPECT_EQ(json["resolution"][0]["kind"], "mixed");
+    for (const Json& rate : json["rates"])
+        EXPECT_GE(rate["point_count"], 3) << rate;
+    EXPECT_TRUE(std::filesystem::exists(report + "/charts/stability_resolution.svg"));
+}
+
 } // namespace
 } // namespace shadowdag

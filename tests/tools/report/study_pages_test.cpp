@@ -60,12 +60,13 @@ TEST(StudyPages, AFailureIsShownWithItsPicturesItsCountsAndItsRemedy) {
                             "source": "S", "off": "a=1", "on": "a=2"}]}})"));
     results["cells"] = Json::array({cell, other});
     results["study"]["rows"][0]["what"] = kEvil;
+    results["study"]["slack"] = {{"share", 0.125}, {"count", 1234}};
     const std::string page = pageOf("failures", "failures.json", results);
     expectNoMarkup(page);
     for (const char* shown :
          {"<h2 id=\"acne\">", "<h2 id=\"acne-room\">", "<code>builtin:fail-acne</code>",
           "src=\"images/t.png\"", "src=\"images/c.png\"", "src=\"images/e.png\"",
-          "1.00 % false light",
+          "1.00 % false light", "the recorded count, 12.5 % of it and 1&#8239;234 more",
           "acne_count 1&#8239;200 without and 3 with the remedy, <b>less than the required factor",
           "<b>broken:</b> contact_count", "without the remedy <code>a=1</code>"})
         EXPECT_THAT(page, HasSubstr(shown));
@@ -117,6 +118,7 @@ TEST(StudyPages, ARealSceneStatesItsContentAndItsLimits) {
         results["cells"].back().update(
             {{"lights", "own"}, {"untrusted", kEvil}, {"explaining_has_power", power}});
     }
+    results["study"]["tolerances"] = {{{"null_rate", 0.25}}, {{"null_rate", 0.25}}};
     const std::string powers = pageOf("real", "real.json", results);
     const auto countOf = [&](const std::string& text) {
         size_t count = 0;
@@ -126,7 +128,9 @@ TEST(StudyPages, ARealSceneStatesItsContentAndItsLimits) {
     };
     EXPECT_EQ(countOf(">no power</td>"), 1u);
     EXPECT_EQ(countOf(">100.0</td>"), 2u);
-    EXPECT_EQ(countOf("explaining has no power in 1 of 3 cells"), 1u);
+    EXPECT_EQ(countOf("explaining has no power in 1 of 3 cells: there more than 25.0 % of the right"),
+              1u);
+    EXPECT_EQ(countOf("the recorded one, 5.0 % of it and 3 more"), 1u);
     expectNoMarkup(powers);
 }
 

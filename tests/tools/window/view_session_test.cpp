@@ -215,7 +215,13 @@ TEST_F(ViewSessionTest, RequestsOfAnotherSceneAreDropped) {
     EXPECT_EQ(session.takePicture(), nullptr);
     session.save(request, directory.path() + "/views");
     ASSERT_TRUE(waitForRest());
-    EXPECT_NE(session.status().error, "");
+    const ViewStatus once = session.status();
+    EXPECT_NE(once.error, "");
+    EXPECT_EQ(once.failedSaveCount, 1u);
+    session.save(request, directory.path() + "/views");
+    ASSERT_TRUE(waitForRest());
+    EXPECT_EQ(session.status().error, once.error);
+    EXPECT_EQ(session.status().failedSaveCount, 2u) << "the same error again";
     request.scene = scene->serial;
     session.ask(request);
     ASSERT_TRUE(waitForRest());

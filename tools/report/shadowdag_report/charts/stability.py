@@ -13,8 +13,26 @@ METHODS = {"maps": (ORANGE, "s"), VOXELS: (SKY, "D"), "dag believe none": (BLACK
 GROUPS = [(BLUE, "o"), (VERMILION, "s"), (GREEN, "^"), (PURPLE, "D"), (BLACK, "v"), (ORANGE, "P")]
 
 
+PANELS = 3  # of groups, beside one another
+
+
 def groups_of(rows):
     return list(dict.fromkeys(row["group"] for row in rows))
+
+
+def marks_of_groups(groups):
+    """Returns (group, colour, marker, line style) of each: the first six differ in colour and marker, more in their lines."""
+    return [(group, *GROUPS[i % len(GROUPS)], ("-", "--", ":", "-.")[i // len(GROUPS) % 4]) for i, group in enumerate(groups)]
+
+
+def panels_of(groups, height):
+    """Returns a figure and a panel for each group, in rows that share their labels."""
+    columns = min(PANELS, len(groups))
+    lines = -(-len(groups) // columns)
+    figure, panels = plt.subplots(lines, columns, figsize=(2 * COLUMN + 0.3, lines * height), sharey=True, squeeze=False)
+    for axes in panels.flat[len(groups):]:
+        axes.set_visible(False)
+    return figure, list(panels.flat[:len(groups)])
 
 
 def short(group):
@@ -34,11 +52,10 @@ def draw_time(charts, results):
     rows = results["time"]
     groups = groups_of(rows)
     cases = list(dict.fromkeys((row["method"], row["case"]) for row in rows))
-    figure, panels = plt.subplots(1, len(groups), figsize=(2 * COLUMN + 0.3, 0.55 + 0.24 * len(cases)), sharey=True,
-                                  squeeze=False)
+    figure, panels = panels_of(groups, 0.55 + 0.24 * len(cases))
     parts = [("held", "nothing switched", BLUE, ""), ("resolution_switch", "resolution switched", ORANGE, "////"),
              ("method_switch", "method switched", VERMILION, "....")]
-    for axes, group in zip(panels[0], groups):
+    for axes, group in zip(panels, groups):
         for place, (method, case) in enumerate(cases):
             row = next(r for r in rows if r["group"] == group and (r["method"], r["case"]) == (method, case))
             left = 0.0
@@ -53,10 +70,10 @@ def draw_time(charts, results):
         axes.set_xlabel("flickering (‰ of answers)")
         axes.grid(axis="y", visible=False)
         axes.margins(x=0.18)
-    panels[0][0].set_yticks(range(len(cases)), [f"{m}, {c.replace('every frame for itself', 'nothing held')}"
+    panels[0].set_yticks(range(len(cases)), [f"{m}, {c.replace('every frame for itself', 'nothing held')}"
                                                 for m, c in cases])
-    panels[0][0].invert_yaxis()
-    panels[0][0].legend(loc="center right", bbox_to_anchor=(1.0, 0.57))  # where rays have no bars
+    panels[0].invert_yaxis()
+    panels[0].legend(loc="center right", bbox_to_anchor=(1.0, 0.57))  # where rays have no bars
     charts.save(figure, "stability_time", "Flicker in time",
                 "Results that change from one frame to the next while Embree's do not, a tenth of a second between frames. "
                 "Held results of a static light must not change at all. " + verdict(results, "time"), part="time")
@@ -71,9 +88,8 @@ def draw_perturbation(charts, results):
     cases = [r["case"] for r in rows if r["group"] == groups[0] and r["method"] == "maps" and r["kind"] != "unperturbed"]
     bands = {(c["group"], c["case"], c["method"]): c for c in results["checks"]
              if c["part"] == "perturbation" and c["measure"] == "wrong_share"}
-    figure, panels = plt.subplots(1, len(groups), figsize=(2 * COLUMN + 0.3, 0.8 + 0.23 * len(cases)), sharey=True,
-                                  squeeze=False)
-    for axes, group in zip(panels[0], groups):
+    figure, panels = panels_of(groups, 0.8 + 0.23 * len(cases))
+    for axes, group in zip(panels, groups):
         low, high = 0.5, 2.0
         for index, name in enumerate(drawn):
             offset = 0.27 * (index - (len(drawn) - 1) / 2)
@@ -97,11 +113,11 @@ def draw_perturbation(charts, results):
         log_axis(axes.xaxis, low, high)
         axes.set_title(short(group), fontsize=7.5, loc="left")
         axes.set_xlabel("wrong pairs / unperturbed")
-    panels[0][0].set_yticks(range(len(cases)), cases)
-    panels[0][0].invert_yaxis()
-    entries = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
+    panels[0].set_yticks(range(len(cases)), cases)
+    panels[0].invert_yaxis()
+    entries = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels())}
     if entries:
-        panels[0][-1].legend(entries.values(), entries.keys(), loc="upper right", bbox_to_anchor=(1.0, 1.12),
+        panels[min(PANELS, len(groups)) - 1].legend(entries.values(), entries.keys(), loc="upper right", bbox_to_anchor=(1.0, 1.12),
                              ncol=len(entries))
     charts.save(figure, "stability_perturbation", "The error under perturbation",
                 "Wrong pairs over those of the unperturbed scene, each compared with Embree for the same scene; bars: "
@@ -144,16 +160,14 @@ def draw_resolution(charts, results):
     shares = [100 * r["wrong_share"] for r in rows if r["wrong_share"] > 0] or [1.0]  # no wrong pair: empty panels
     low, high = 0.7 * min(shares), 1.6 * max(shares)
     for axes, method in zip(panels, (VOXELS, "maps")):
-        for (colour, marker), group in zip(GROUPS, groups):
+        for group, colour, marker, line in marks_of_groups(groups):
             members = [r for r in rows if r["group"] == group and r["method"] == method and r["wrong_share"] > 0]
             rate = next((r for r in results["rates"]
                          if (r["group"], r["method"], r["case"]) == (group, method, "wrong_share")), None)
-            if rate is None:
-                continue
             xs = [r["resolution"] if method == VOXELS else 1 / r["undersample"] for r in members]
             axes.plot(xs, [100 * r["wrong_share"] for r in members], color=colour, marker=marker, markersize=3,
-                      markerfacecolor="white", markeredgewidth=0.8,
-                      label=f"{short(group)}: {rate['slope']:.2f} ± {rate['standard_error']:.2f}")
+                      linestyle=line, markerfacecolor="white", markeredgewidth=0.8,
+                      label=f"{short(group)}: " + (f"{rate['slope']:.2f} ± {rate['standard_error']:.2f}" if rate else "none"))
         left, right = (56, 4700) if method == VOXELS else (0.22, 4.6)
         for start in (high * 2, high / 4, high / 32):
             axes.plot([left, right], [start, start * left / right], color=GREY, linewidth=0.5, linestyle=":", zorder=0)

@@ -5,7 +5,7 @@ and truth side by side, every cell with its counts.
 import os
 
 from ..explained import explained_share, null_rate
-from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, row_of, share_cell, wide,
+from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, row_of, share_cell, slack_text, wide,
                    words, write_page)
 
 WHAT = "a result of study failures"
@@ -56,7 +56,7 @@ def run(arguments):
     results = read_results(directory, "failures.json", WHAT)
     write_page(directory, "failures.html.j2", os.path.join(directory, "failures.json"), WHAT, lambda: {
         "title": "Where shadows fail: maps, voxel rays and both", "results": results,
-        "left_out": results.get("left_out", []), "has_bounds": any(c.get("bounds", True) for c in results["cells"]),
+        "slack": slack_text(results["study"]), "left_out": results.get("left_out", []), "has_bounds": any(c.get("bounds", True) for c in results["cells"]),
         "failures": [section(results, name) for name in dict.fromkeys(c["failure"] for c in results["cells"])],
         "tests": [[words(t["listed"]), wide(t["what"]), wide(t["test"])] for t in results["study"].get("tests", [])],
         "settings": [[words(s["key"]), wide(s["help"])] for s in results.get("settings", [])],

@@ -91,6 +91,12 @@ def bounds_cell(cell):
     return Cell("hold" if cell.get("bounds", True) else "none")
 
 
+def slack_text(study):
+    """Returns what a study grants beyond a recorded count, as text; a study that does not say has the program's default."""
+    slack = {"share": 0.05, "count": 3, **study.get("slack", {})}
+    return Markup("{} % of it and {} more").format(number(100 * slack["share"], 1), grouped(slack["count"]))
+
+
 def percent(row, key):
     """Returns a count of a row as a share of its pairs, in percent."""
     return 100 * row[key] / max(1, row["pair_count"])

@@ -3,7 +3,8 @@
 import os
 
 from ..explained import explained_share, null_rate
-from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, share_cell, words, write_page)
+from .page import (bounds_cell, count, decimal, declare, key_rows, number, percent, read_results, share_cell, slack_text,
+                   words, write_page)
 
 WHAT = "a result of study real"
 
@@ -44,11 +45,18 @@ def section(results, scene):
             "rows": [[cell(c) for _, cell in COLUMNS] for c in cells]}
 
 
+def null_limit(study):
+    """Returns the null rates above which explaining has no power, as text: one, or one for each group of methods."""
+    limits = dict.fromkeys(number(100 * tolerance.get("null_rate", 1), 1) for tolerance in study.get("tolerances", []))
+    return " or ".join(f"{limit} %" for limit in limits) + (", by method," if len(limits) > 1 else "")
+
+
 def run(arguments):
     directory = arguments.directory
     results = read_results(directory, "real.json", WHAT)
     write_page(directory, "real.html.j2", os.path.join(directory, "real.json"), WHAT, lambda: {
         "title": "Shadows in real scenes: maps, voxel rays and both", "results": results,
-        "powerless": sum(map(is_powerless, results["cells"])),
+        "powerless": sum(map(is_powerless, results["cells"])), "null_limit": null_limit(results["study"]),
+        "slack": slack_text(results["study"]),
         "scenes": [section(results, scene) for scene in dict.fromkeys(c["scene"] for c in results["cells"])],
         "headings": [heading for heading, _ in COLUMNS], "provenance": key_rows(results["provenance"])})
