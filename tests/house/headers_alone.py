@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiles every header alone: each includes what it uses.
 
-    headers_alone.py SOURCE_DIR FOLDER [--built] [--cuda-include DIR] [--without FOLDER] -- COMPILER [FLAG...]
+    headers_alone.py SOURCE_DIR FOLDER [--built | --without-own] [--cuda-include DIR] [--without FOLDER] -- COMPILER [FLAG...]
 
 A header that another one includes before anything else is compiled alone there: nothing stands before it. So only the
 others are given to the compiler. With --built, the build also compiles sources one by one, and a header that its own
-x.cpp includes first is proven there. Headers that include the CUDA runtime are skipped, by name, if no toolkit is
+x.cpp includes first is proven there; --without-own leaves the same headers to other builds. Headers that include the CUDA runtime are skipped, by name, if no toolkit is
 given, and so are those of the folder of --without, whose library is missing.
 
 A header that includes all headers of one of BASES, directly or not, is compiled behind them, precompiled: what it includes
@@ -167,10 +167,11 @@ if __name__ == "__main__":
     os.makedirs(own[1], exist_ok=True)
     with tempfile.TemporaryDirectory() as objects:
         self_test(compiler, objects)
-    found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, own[1], "--built" in own,
-                                                  absent)
+    is_left = "--built" in own or "--without-own" in own
+    found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, own[1], is_left, absent)
     for name in left_out:
         print(f"skipped: {name} needs " + (f"what {absent}/ is built with" if name.parts[0] == absent else "the CUDA toolkit"))
     if left_to_build:
-        print(f"skipped: {left_to_build} headers that their own sources include first: the build compiles them")
+        print(f"skipped: {left_to_build} headers that their own sources include first: "
+              + ("the build compiles them" if "--built" in own else "left to builds without SDAG_UNITY"))
     sys.exit(report("headers alone", found, count))

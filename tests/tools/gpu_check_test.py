@@ -218,7 +218,7 @@ class GpuCheck(unittest.TestCase):
         script.LIMIT_BYTES = 1000
         options = type("Options", (), {"build": BUILD, "output": self.folder / "bundle", "tests": "cuda_test",
                                        "preset": 0})
-        with self.assertRaisesRegex(script.StepFailed, "more than 0.0 MiB; pack fewer"):
+        with self.assertRaisesRegex(script.StepFailed, "takes more than 0.0 MiB; pack fewer"):
             script.pack(options)
         self.assertEqual(list((self.folder / "bundle").iterdir()), [])
 
