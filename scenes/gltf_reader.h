@@ -107,7 +107,8 @@ public:
     void addTexels(uint64_t count) { texelCount_ += count; }
     /// Throws when the images that were decoded have more texels than any scene's: a few KB of PNG
     /// or JPEG may hold as many as kMaxMaskTexels, each of which takes time.
-    void checkTexels(const std::string& place) const;
+    /// @param besideBytes of the image's own file, which is not part of Document::inputBytes
+    void checkTexels(uint64_t besideBytes, const std::string& place);
 
 private:
     struct Source {
@@ -123,7 +124,7 @@ private:
 
     const Document& document_;
     uint64_t budgetBytes_;
-    uint64_t usedBytes_ = 0, texelCount_ = 0;
+    uint64_t usedBytes_ = 0, texelCount_ = 0, besideBytes_ = 0;
     std::map<int, std::vector<glm::vec3>> positions_;
 };
 
@@ -163,11 +164,12 @@ std::string imagePlace(const Document& document, int image);
 /// they are missing.
 ImageBytes readImageBytes(const Document& document, const AccessorReader& accessors, int image);
 
-/// Returns the image of these bytes as readColorImage and readPngAlpha do, and counts its texels.
-/// Throws Error kInput, too, where a scene's images have too many (AccessorReader::checkTexels).
-ColorImage decodeColors(AccessorReader& accessors, const ImageBytes& bytes,
-                        const std::string& place);
-AlphaImage decodeAlpha(AccessorReader& accessors, const ImageBytes& bytes,
+/// Returns the image of these bytes as readColorImage and readPngAlpha do, and counts its texels;
+/// of one that is damaged as many as its bytes may hold. Throws Error kInput, "FILE: place:
+/// problem", too where a scene's images have too many (AccessorReader::checkTexels).
+ColorImage decodeColors(const Document& document, AccessorReader& accessors,
+                        const ImageBytes& bytes, const std::string& place);
+AlphaImage decodeAlpha(const Document& document, AccessorReader& accessors, const ImageBytes& bytes,
                        const std::string& place);
 
 /// How a material is cut out.

@@ -112,11 +112,15 @@ void AccessorReader::charge(uint64_t bytes, const std::string& place) {
     usedBytes_ += bytes;
 }
 
-void AccessorReader::checkTexels(const std::string& place) const {
-    if (texelCount_ > kFreeTexels + kTexelLimit * document_.inputBytes)
+void AccessorReader::checkTexels(uint64_t besideBytes, const std::string& place) {
+    besideBytes_ += besideBytes;
+    const uint64_t most = kFreeTexels + kTexelLimit * (document_.inputBytes + besideBytes_);
+    if (texelCount_ > most)
         fail(document_, place,
-             "the images before it have " + std::to_string(texelCount_) +
-                 " texels, more than a scene's may; scale them down, or use fewer");
+             "the images before it have " + std::to_string(texelCount_) + " texels, and " +
+                 std::to_string(most) +
+                 " are the most that are decoded for files of this size; scale them down, or use "
+                 "fewer");
 }
 
 const tinygltf::Accessor& AccessorReader::accessorAt(int accessor, const std::string& place) const {

@@ -3,8 +3,10 @@
 // image. Source: glTF 2.0, sec. 3.8 (textures, images, samplers); KHR_texture_transform.
 #include "scenes/gltf_reader.h"
 
+#include "cuda/error.h"
 #include "scenes/mesh_shapes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace shadowdag::gltf {
@@ -99,6 +101,24 @@ std::optional<TextureUse> readUse(const Document& document, const tinygltf::Text
     return use;
 }
 
+/// Returns what `decode` returns, and counts it.
+template <class Decode>
+auto decoded(AccessorReader& accessors, const ImageBytes& bytes, const std::string& place,
+             const Decode& decode) {
+    // More than a byte of PNG (one bit a texel) or of JPEG may hold.
+    constexpr uint64_t kMostTexelsPerByte = 8 * 1032;
+    accessors.checkTexels(bytes.own.size(), place);
+    try {
+        auto image = decode();
+        accessors.addTexels(uint64_t(image.width) * image.height);
+        return image;
+    } catch (const Error&) {
+        if (isPng(bytes.data, bytes.count) || isJpeg(bytes.data, bytes.count))
+            accessors.addTexels(std::min(kMaxMaskTexels, kMostTexelsPerByte * bytes.count));
+        throw;
+    }
+}
+
 } // namespace
 
 std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material) {
@@ -149,20 +169,18 @@ ImageBytes readImageBytes(const Document& document, const AccessorReader& access
     return bytes;
 }
 
-ColorImage decodeColors(AccessorReader& accessors, const ImageBytes& bytes,
-                        const std::string& place) {
-    accessors.checkTexels(place);
-    ColorImage image = readColorImage(bytes.data, bytes.count, place);
-    accessors.addTexels(uint64_t(image.width) * image.height);
-    return image;
+ColorImage decodeColors(const Document& document, AccessorReader& accessors,
+                        const ImageBytes& bytes, const std::string& place) {
+    return decoded(accessors, bytes, place, [&] {
+        return readColorImage(bytes.data, bytes.count, document.path + ": " + place);
+    });
 }
 
-AlphaImage decodeAlpha(AccessorReader& accessors, const ImageBytes& bytes,
+AlphaImage decodeAlpha(const Document& document, AccessorReader& accessors, const ImageBytes& bytes,
                        const std::string& place) {
-    accessors.checkTexels(place);
-    AlphaImage image = readPngAlpha(bytes.data, bytes.count, place);
-    accessors.addTexels(uint64_t(image.width) * image.height);
-    return image;
+    return decoded(accessors, bytes, place, [&] {
+        return readPngAlpha(bytes.data, bytes.count, document.path + ": " + place);
+    });
 }
 
 } // namespace shadowdag::gltf

@@ -31,6 +31,7 @@ struct MaskSource {
 /// Source: ITU-R BT.601, sec. 2.5.1 (luminance); exact for greys.
 AlphaImage luminanceOf(const ColorImage& image) {
     AlphaImage grey{image.width, image.height, {}};
+    grey.alpha.reserve(size_t(image.width) * image.height);
     for (size_t i = 0; i < image.rgb.size(); i += 3)
         grey.alpha.push_back(uint8_t(
             (299u * image.rgb[i] + 587u * image.rgb[i + 1] + 114u * image.rgb[i + 2]) / 1000u));
@@ -47,8 +48,6 @@ public:
         for (size_t i = 0; i < model().materials.size(); ++i)
             if (model().materials[i].alphaMode == "MASK")
                 readMaterial(i);
-            else if (!document_.opacityMaps.empty())
-                result_.unusedAlphaCount += hasTransparentTexels(i);
         // By image, so that each is decoded once and only one is in memory at a time.
         std::stable_sort(
             sources_.begin(), sources_.end(),
@@ -59,6 +58,10 @@ public:
                 ++end;
             makeMasks(first, end);
         }
+        // Last, as these images are decoded for a warning alone.
+        for (size_t i = 0; i < model().materials.size() && !document_.opacityMaps.empty(); ++i)
+            if (model().materials[i].alphaMode != "MASK")
+                result_.unusedAlphaCount += hasTransparentTexels(i);
         return std::move(result_);
     }
 
@@ -127,7 +130,7 @@ bool MaskReader::isTransparent(int image) {
         const ImageBytes bytes = readImageBytes(document_, accessors_, image);
         if (!isPng(bytes.data, bytes.count) || !mayHaveAlpha(bytes.data, bytes.count))
             return false;
-        const std::vector<uint8_t> alpha = decodeAlpha(accessors_, bytes, "").alpha;
+        const std::vector<uint8_t> alpha = decodeAlpha(document_, accessors_, bytes, "").alpha;
         return std::any_of(alpha.begin(), alpha.end(), [](uint8_t a) { return a < 128; });
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput)
@@ -156,7 +159,7 @@ void MaskReader::makeMasks(size_t first, size_t end) {
     if (image != -1) {
         bytes = readImageBytes(document_, accessors_, image);
         if (isPng(bytes.data, bytes.count)) {
-            alpha = decodeAlpha(accessors_, bytes, document_.path + ": " + place);
+            alpha = decodeAlpha(document_, accessors_, bytes, place);
         } else if (!isJpeg(bytes.data, bytes.count)) { // which has no alpha
             result_.unreadableCount += end - first;
             return;
@@ -164,7 +167,7 @@ void MaskReader::makeMasks(size_t first, size_t end) {
         if (std::any_of(sources_.begin() + ptrdiff_t(first), sources_.begin() + ptrdiff_t(end),
                         [](const MaskSource& from) { return from.mayBeGrey; }) &&
             std::all_of(alpha.alpha.begin(), alpha.alpha.end(), [](uint8_t a) { return a == 255; }))
-            grey = luminanceOf(decodeColors(accessors_, bytes, document_.path + ": " + place));
+            grey = luminanceOf(decodeColors(document_, accessors_, bytes, place));
     }
     for (size_t i = first; i < end; ++i) {
         const MaskSource& from = sources_[i];

@@ -69,7 +69,7 @@ private:
                  "has an image only by an extension; only PNG and JPEG are read");
         const std::string place = imagePlace(document_, index);
         const ImageBytes bytes = readImageBytes(document_, accessors_, index);
-        const ColorImage image = decodeColors(accessors_, bytes, place);
+        const ColorImage image = decodeColors(document_, accessors_, bytes, place);
         if (isOneColor(image)) {
             const std::vector<float>& linear = linearFromSrgb();
             for (const TextureSource& source : sources)

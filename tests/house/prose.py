@@ -72,7 +72,7 @@ def of_main(results):
             f"Maps that are drawn anew take {span(over('maps', large))} times as long as Embree's frame and are faster than it in "
             + listed(name for name, runs in large.items() if runs["maps"]["time_over_embree_high"] < 1),
             f"Kept maps take {span(over(kept, large))} times as long, with {wrong_large[0]:.2f} to {wrong_large[-1]:.1f} % of the pairs wrong",
-            "the oracle draws every map in " + listed(name for name, share in drawn.items() if share == 1) + ", traces every one in "
+            "It draws every map in " + listed(name for name, share in drawn.items() if share == 1) + ", traces every one in "
             + listed(name for name, share in drawn.items() if share == 0) + (", and does both in " + listed(
                 name for name, share in drawn.items() if 0 < share < 1) if any(0 < share < 1 for share in drawn.values()) else ""),
             f"Exact rays take {span(over(exact, large))} times as long there"],
@@ -375,6 +375,22 @@ def of_gpu(results):
         f"`{name}` ({whole(times[cold][name])} against {whole(times[exact][name])}" for name in scenes]}
 
 
+def of_scale(results):
+    """Where rays through voxels become faster than Embree's packets, and both at the largest number of triangles."""
+    found = {crossover["method"]: crossover for crossover in json.loads((results / "scale.json").read_text())["crossovers"]
+             if crossover["row"] == "atrium-tessellated"}
+    kinds = [found[f"voxels {side}"]["kind"] for side in (1024, 2048, 4096, 8192)]
+    exact = found["exact rays"]
+    most = exact["largest_triangle_count"] / 1e6
+    if kinds != ["everywhere", "from", "never", "never"] or not exact["are_apart"]:
+        return {"docs/results.md": [f"crossovers are now {kinds}: rewrite 'More triangles, the same voxels'"]}
+    return {"docs/results.md": [
+        f"at 1024^3 everywhere, at 2048^3 from {found['voxels 2048']['triangle_count'] / 1e6:.2f} million triangles on, at 4096^3 and "
+        f"8192^3 nowhere up to {most:.1f} million",
+        f"Exact rays take {exact['ns_per_pair']:.0f} ns a pair at {most:.1f} million triangles and Embree's packets "
+        f"{exact['embree_ns_per_pair']:.0f}"]}
+
+
 def of_mechanisms(results):
     rows = {row["name"]: row for row in json.loads((results / "mechanisms.json").read_text())["mechanisms"]}
     own, time, error = (lambda name, key=key: rows[name][key] for key in ("own_ratio", "time_ratio", "error_ratio"))
@@ -396,7 +412,7 @@ def of_mechanisms(results):
 def prose_of(results):
     """Returns {document: texts} from the folder of committed results."""
     texts = {}
-    for part in (of_main, of_tracers, of_streams, of_adjudication, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_mechanisms):
+    for part in (of_main, of_tracers, of_streams, of_adjudication, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_scale, of_mechanisms):
         for document, stated in part(results).items():
             texts.setdefault(document, []).extend(stated)
     return texts

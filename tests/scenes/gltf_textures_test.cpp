@@ -188,21 +188,29 @@ TEST(GltfTextures, ImagesOfMoreTexelsThanAnySceneHasAreNotDecoded) {
     gltf::AccessorReader accessors(document);
     const std::string file = fourTexels();
     const gltf::ImageBytes bytes{reinterpret_cast<const uint8_t*>(file.data()), file.size(), {}};
-    EXPECT_EQ(gltf::decodeColors(accessors, bytes, "images/0").rgb.size(), 12u);
-    EXPECT_EQ(gltf::decodeAlpha(accessors, bytes, "images/0").alpha.size(), 4u);
+    EXPECT_EQ(gltf::decodeColors(document, accessors, bytes, "images/0").rgb.size(), 12u);
+    EXPECT_EQ(gltf::decodeAlpha(document, accessors, bytes, "images/0").alpha.size(), 4u);
     accessors.addTexels(4 * kMaxSceneTexels + 64 * 1000 - 8);
-    EXPECT_EQ(gltf::decodeColors(accessors, bytes, "images/1").width, 2u);
+    EXPECT_EQ(gltf::decodeColors(document, accessors, bytes, "images/1").width, 2u);
+    const std::string cut = file.substr(0, 40);
+    const gltf::ImageBytes damaged{reinterpret_cast<const uint8_t*>(cut.data()), cut.size(), {}};
+    gltf::AccessorReader others(document);
+    others.addTexels(4 * kMaxSceneTexels + 64 * 1000);
+    EXPECT_THROW(gltf::decodeColors(document, others, damaged, "images/1"), Error);
+    EXPECT_THROW(others.checkTexels(0, "images/2"), Error) << "a damaged one was decoded as well";
+    EXPECT_NO_THROW(others.checkTexels(1 << 20, "images/2")) << "a large file beside may hold more";
     for (const bool isColor : {true, false})
         try {
             if (isColor)
-                gltf::decodeColors(accessors, bytes, "images/2");
+                gltf::decodeColors(document, accessors, bytes, "images/2");
             else
-                gltf::decodeAlpha(accessors, bytes, "images/2");
+                gltf::decodeAlpha(document, accessors, bytes, "images/2");
             ADD_FAILURE() << "was decoded";
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kInput);
-            EXPECT_THAT(error.what(), HasSubstr("t.glb: images/2: the images before it have "
-                                                "1073805828 texels, more than a scene's may"));
+            EXPECT_THAT(error.what(),
+                        testing::StartsWith("t.glb: images/2: the images before it have "
+                                            "1073805828 texels, and 1073805824 are the most"));
         }
 }
 

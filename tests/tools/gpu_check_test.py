@@ -7,6 +7,7 @@ hang or run nothing, and carried as a bundle.
 """
 import importlib.machinery
 import importlib.util
+import io
 import json
 import os
 import pathlib
@@ -216,6 +217,12 @@ class GpuCheck(unittest.TestCase):
     def test_pack_refuses_more_than_may_be_carried(self):
         script = module()
         script.LIMIT_BYTES = 1000
+        written = io.BytesIO()
+        with self.assertRaises(script.StepFailed):
+            limited = script.Limited(written)
+            for _ in range(1000):
+                limited.write(bytes(300))
+        self.assertEqual(written.tell(), 900)
         options = type("Options", (), {"build": BUILD, "output": self.folder / "bundle", "tests": "cuda_test",
                                        "preset": 0})
         with self.assertRaisesRegex(script.StepFailed, "takes more than 0.0 MiB; pack fewer"):

@@ -7,6 +7,7 @@
 #include "tools/report/csv.h"
 #include "tools/report/results_table.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/provenance.h"
 
 #include <algorithm>
 #include <array>
@@ -21,8 +22,9 @@ namespace shadowdag {
 namespace {
 
 /// Provenance of the machine, which may differ between parts.
-constexpr const char* kMachineKeys[] = {"cpu",    "processor_count", "memory_bytes", "system",
-                                        "device", "driver",          "thread_count"};
+constexpr const char* kMachineKeys[] = {
+    "cpu",    kVectorInstructions, "processor_count", "memory_bytes", "system", "device",
+    "driver", "thread_count"};
 
 const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images", "warnings"};
 

@@ -5,6 +5,7 @@
 #include "tools/settings/experiment.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
 
@@ -18,7 +19,8 @@ namespace shadowdag {
 
 namespace {
 
-constexpr const char* kMachineKeys[] = {"cpu", "device", "driver", "thread_count", "backend"};
+constexpr const char* kMachineKeys[] = {"cpu",    kVectorInstructions, "device",
+                                        "driver", "thread_count",      "backend"};
 /// Keys of a study that do not change what is measured.
 constexpr const char* kTextKeys[] = {"title",  "what",  "source",      "remedy",    "listed",
                                      "reason", "known", "unexplained", "untrusted", "slack"};

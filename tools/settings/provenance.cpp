@@ -4,6 +4,7 @@
 #include "hybrid/judge/truth.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/provenance_values.h"
+#include "voxel/dag_stream.h"
 
 #include <nlohmann/json.hpp>
 
@@ -69,6 +70,7 @@ Json buildProvenance(Backend backend) {
                     {"backend", backendName(backend)},
                     {"system", systemName()},
                     {"cpu", processorName()},
+                    {kVectorInstructions, streamIsaName(bestStreamIsa())},
                     {"processor_count", sysconf(_SC_NPROCESSORS_ONLN)},
                     {"memory_bytes", sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE)},
                     {"device", orNull(deviceName(backend))},

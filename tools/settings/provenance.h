@@ -9,6 +9,9 @@
 
 namespace shadowdag {
 
+/// The key of provenance for the widest vector instructions in use; results before it lack it.
+constexpr const char* kVectorInstructions = "vector_instructions";
+
 /// Returns the program's version, as in "0.1.0".
 std::string programVersion();
 /// Returns the version of parts and of unfinished builds: that of the program with the hash of its
@@ -21,8 +24,9 @@ std::string programCommit();
 /// changed voxelizer never uses an old asset.
 std::string voxelSourceHash();
 
-/// Returns commit, version, preset, build type, compiler, flags, processor, device and
-/// its driver's CUDA version (null on the CPU), backend and thread count as JSON.
+/// Returns commit, version, preset, build type, compiler, flags, processor and the widest vector
+/// instructions that the program uses of it, device and its driver's CUDA version (null on the
+/// CPU), backend and thread count as JSON. Throws as bestStreamIsa does.
 Json buildProvenance(Backend backend);
 
 /// Returns 16 hex digits of the 64-bit FNV-1a hash of a text.

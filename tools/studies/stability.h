@@ -37,6 +37,7 @@ struct StabilityGroup {
                            ///< the case's
     double resolvedAt = 1e30;         ///< voxels up to this size, scene units, resolve its parts
     std::string settings = {};        ///< of all its rows; a threshold for the study's width
+    bool isOnOtherScene = false;      ///< of the user's: what the row says of its own does not hold
     std::vector<uint32_t> sizes = {}; ///< numeric: voxels an axis of "rays", texels of "faces"
 };
 

@@ -23,7 +23,8 @@ FittedRate fitRate(const std::vector<std::pair<double, double>>& points) {
     if (n < size_t(kRatePoints))
         throw Error(ErrorKind::kUsage, "fitRate: " + std::to_string(n) + " points of " +
                                            std::to_string(points.size()) +
-                                           " are positive; a rate needs 3 or more");
+                                           " are positive; a rate needs " +
+                                           std::to_string(kRatePoints) + " or more");
     double meanX = 0, meanY = 0;
     for (size_t i = 0; i < n; ++i) {
         meanX += xs[i] / double(n);
@@ -81,9 +82,10 @@ void measureResolution(const StabilityTable& table, const StabilityGroup& group,
             if (row["group"] == group.name && row["method"] == kMatrixMethodNames[size_t(method)] &&
                 (method == MatrixMethod::kMaps || row["x"].get<double>() <= group.resolvedAt))
                 points.push_back({row["x"].get<double>(), row[measure].get<double>()});
-        if (std::count_if(points.begin(), points.end(),
-                          [](const auto& p) { return p.second > 0; }) < kRatePoints)
-            return; // hardly an error at any resolution
+        const auto isError = [](const auto& point) { return point.second > 0; };
+        if (group.isOnOtherScene &&
+            std::count_if(points.begin(), points.end(), isError) < kRatePoints)
+            return; // too few for a line
         const FittedRate rate = fitRate(points);
         Json row = {{"group", group.name},
                     {"case", measure},
@@ -97,7 +99,9 @@ void measureResolution(const StabilityTable& table, const StabilityGroup& group,
         BandInputs inputs;
         inputs.outlineCount = std::max(1, group.outlineCount);
         inputs.count = double(rate.pointCount);
-        addChecks(table, results["checks"], group.part, row, measure + "_rate", rate.slope, inputs);
+        if (!group.isOnOtherScene)
+            addChecks(table, results["checks"], group.part, row, measure + "_rate", rate.slope,
+                      inputs);
         results["rates"].push_back(std::move(row));
     };
     const uint32_t finest = table.finestVoxelsLog2;

@@ -81,13 +81,16 @@ Perturbation readPerturbation(StudyReader& reader) {
     return p;
 }
 
-/// Leaves out what a row says of its own scene, for another one: bands that need it are then as
-/// wide as a single outline makes them, and rates have none.
+/// Leaves out what a row says of its own scene, for another one: how many outlines it has, what
+/// voxels resolve it, that it is aligned with the axes. Rates then have no band.
 void forgetScene(StabilityGroup& group) {
+    group.isOnOtherScene = true;
     group.outlineCount = 0;
     group.resolvedAt = StabilityGroup().resolvedAt;
     if (group.part == StabilityPart::kResolution)
         group.kind = "mixed";
+    if (group.part == StabilityPart::kPerturbation)
+        group.kind.clear();
 }
 
 class StabilityStudy : public Study {
@@ -212,8 +215,10 @@ Scene stabilityScene(const StabilityGroup& group) {
                 scene.lights[i].velocity = {i % 2 ? 0.5 : -0.5, 0.0, i % 3 ? 0.375 : -0.375};
             return makeFailScene(scene);
         }
-    throw Error(ErrorKind::kUsage, "group " + group.name + ": lights of the scene '" + group.scene +
-                                       "' cannot be moved; use a failure scene, builtin:fail-...");
+    throw Error(ErrorKind::kUsage,
+                "group " + group.name + ": lights of the scene '" + group.scene +
+                    "' cannot be moved; use a failure scene, builtin:fail-..., or name the "
+                    "other rows by --only");
 }
 
 std::vector<StabilityGroup> stabilityGroupsNamed(const StabilityTable& table,

@@ -11,6 +11,8 @@ namespace shadowdag {
 
 namespace {
 
+constexpr const char* kSaving = "saving...";
+
 /// A picture counts as moving until nothing has changed for this time.
 constexpr double kRestSeconds = 0.15;
 
@@ -86,7 +88,8 @@ void Viewer::takeResults() {
     ui_.statusFraction = status.fraction;
     ui_.statusError = status.error;
     // The same failure twice is the same text: only the count tells that "saving..." has ended.
-    if (std::exchange(failedSaveCount_, status.failedSaveCount) != status.failedSaveCount)
+    if (std::exchange(failedSaveCount_, status.failedSaveCount) != status.failedSaveCount &&
+        ui_.message == kSaving)
         ui_.message.clear();
     if (ui_.statusError != loggedError_) {
         // Each of its lines is one error; those that were told before are not told again.
@@ -159,7 +162,7 @@ void Viewer::ask(double now) {
     ui_.hasChanged = ui_.isDragged = false; // callbacks set them before the next step
     if (ui_.wantsSave) {
         ui_.wantsSave = false;
-        ui_.message = "saving...";
+        ui_.message = kSaving;
         session_.save(ui_.request, options_.saveDirectory);
     }
 }

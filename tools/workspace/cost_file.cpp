@@ -5,12 +5,14 @@
 #include "tools/settings/camera_text.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
 #include "tools/settings/setting.h"
 #include "tools/settings/words.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <tuple>
 
 namespace shadowdag {
@@ -151,14 +153,17 @@ Json toJson(const std::optional<Regret>& regret) {
 }
 
 /// The values of provenance on which times depend.
-constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count"};
+constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count",
+                                        kVectorInstructions};
 
-/// Returns the values that distinguish two machines, with their names.
+/// Returns the values that distinguish two machines, with their names. Of the vector instructions
+/// older files say nothing.
 std::string otherMachine(const Json& fitted, const Json& here) {
     std::string text;
     for (const char* key : kMachineKeys) {
         const Json there = fitted.value(key, Json()), now = here.value(key, Json());
-        if (there != now)
+        const bool isOlder = there.is_null() && key == std::string_view(kVectorInstructions);
+        if (there != now && !isOlder)
             text += (text.empty() ? "" : ", ") + std::string(key) + " " + there.dump() +
                     " instead of " + now.dump();
     }

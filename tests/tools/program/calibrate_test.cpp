@@ -124,6 +124,14 @@ TEST(CalibrationFile, IsDistinguishedFromCostsOfMapsAndFromAnotherMachine) {
     EXPECT_TRUE(calibration.calibration && !calibration.table);
     EXPECT_THAT(calibration.otherMachine,
                 AllOf(HasSubstr("cpu"), HasSubstr("another"), Not(HasSubstr("thread_count"))));
+    Json of = Json::parse(kCalibration), avx2 = here;
+    avx2["vector_instructions"] = "AVX2";
+    EXPECT_THAT(readCostSource(directory / "c.json", avx2).otherMachine, Not(HasSubstr("vector")))
+        << "the file does not say";
+    of["provenance"]["vector_instructions"] = "AVX-512";
+    writeText(directory / "wide.json", of.dump());
+    EXPECT_THAT(readCostSource(directory / "wide.json", avx2).otherMachine,
+                HasSubstr("vector_instructions \"AVX-512\" instead of \"AVX2\""));
     const CostSource unsaid = readCostSource(directory / "costs.json", here);
     EXPECT_TRUE(unsaid.table);
     EXPECT_EQ(unsaid.otherMachine, "") << "the file does not say";

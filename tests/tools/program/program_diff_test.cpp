@@ -135,6 +135,18 @@ TEST(Diff, RefusesWhatCannotBeCompared) {
          {{"diff", kAtrium, machine}, 1, "--allow machine"},
          {{"diff", kAtrium, machine, "--allow", "cpu"}, 1, "--allow 'cpu'"}});
     EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--allow", "machine"}).status, 0);
+    // Two processors of one name; a result that does not say which it was may be of either.
+    const std::string narrow = directory / "narrow.json", unsaid = directory / "unsaid.json";
+    other = Json::parse(readText(kAtrium));
+    for (const auto& [path, isa] :
+         {std::pair(machine, "AVX-512"), {narrow, "AVX2"}, {unsaid, ""}}) {
+        other["provenance"]["vector_instructions"] = isa;
+        if (path == unsaid)
+            other["provenance"].erase("vector_instructions");
+        writeText(path, other.dump());
+    }
+    expectRefused(directory, {{{"diff", machine, narrow}, 1, "vector_instructions"}});
+    EXPECT_EQ(runShadowdag(directory, {"diff", unsaid, narrow}).status, 0);
     EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--no-times"}).status, 0);
 }
 

@@ -75,6 +75,39 @@ TEST(StabilityChart, DrawsTheExistingPartsAndRefusesOtherFiles) {
     EXPECT_THAT(text, HasSubstr("not a result of study stability"));
 }
 
+// A study on several scenes has more groups than there are colours; one hardly errs and has no
+// rate.
+TEST(StabilityChart, DrawsAnyNumberOfGroups) {
+    const TemporaryDirectory directory;
+    const Json one = madeResults();
+    Json results = one;
+    for (const char* part : {"time", "resolution", "rates"})
+        results[part] = Json::array();
+    constexpr int kGroups = 9;
+    for (int g = 0; g < kGroups; ++g)
+        for (const char* part : {"time", "resolution", "rates"})
+            for (Json row : one[part]) {
+                const bool isRate = std::string(part) == "rates";
+                row["group"] = (isRate ? "resolution" : part) + ("-scene" + std::to_string(g));
+                if (!isRate || g != 4)
+                    results[part].push_back(row);
+            }
+    writeText(directory / "stability.json", jsonText(results));
+    std::string text;
+    ASSERT_EQ(
+        runReport({"stability-charts", directory / "stability.json", "-o", directory / "charts"},
+                  &text),
+        0)
+        << text;
+    const std::string curves = readText(directory / "charts/stability_resolution.svg");
+    const std::string bars = readText(directory / "charts/stability_time.svg");
+    for (int g = 0; g < kGroups; ++g) {
+        const std::string name = "<!-- scene" + std::to_string(g) + ": ";
+        EXPECT_THAT(curves, HasSubstr(name + (g == 4 ? "none" : "1.00 ± 0.25")));
+        EXPECT_THAT(bars, HasSubstr(name + "camera path"));
+    }
+}
+
 // Methods without a wrong pair are named in place of being drawn; all others are drawn.
 TEST(StabilityChart, DrawsEveryMethodThatErrsUnderPerturbation) {
     const TemporaryDirectory directory;

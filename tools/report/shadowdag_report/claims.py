@@ -118,7 +118,7 @@ def overview_table(paths):
     exact = [run for result in results for run in result["runs"] if run["label"] == "dag believe none"]
     lines = ["", "**{} scenes at {}, every method over Embree's frame in the same rounds** ({}): {}. *Warm*: the frame after one of "
              "the same view, whose maps are kept. *Explained*: the share of wrong pairs that the method's resolution explains; in brackets the "
-             "null rate, the share of right pairs near outlines that would be explained as well (of a hybrid: of pairs by the methods of wrong pairs); *no power*: it is over half, or not below the "
+             "null rate, the share of right pairs near outlines that would be explained as well (of a hybrid: of the pairs that the methods of its wrong pairs serve); *no power*: it is over half, or not below the "
              "explained share. Exact rays have {} wrong pairs of {:,}.{}".format(
                  len({run["scene"] for run in exact}), results[0]["experiment"]["size"].replace("x", " x "),
                  machine_of(results[0]["provenance"]),

@@ -156,7 +156,8 @@ def draw_numeric(charts, results):
 def draw_resolution(charts, results):
     rows = results["resolution"]
     groups = groups_of(rows)
-    figure, panels = plt.subplots(1, 2, figsize=(2 * COLUMN + 0.3, 2.9), sharey=True)
+    below = len(groups) > len(GROUPS)  # more would cover the curves
+    figure, panels = plt.subplots(1, 2, figsize=(2 * COLUMN + 0.3, 2.9 + 0.14 * below * len(groups)), sharey=True)
     shares = [100 * r["wrong_share"] for r in rows if r["wrong_share"] > 0] or [1.0]  # no wrong pair: empty panels
     low, high = 0.7 * min(shares), 1.6 * max(shares)
     for axes, method in zip(panels, (VOXELS, "maps")):
@@ -175,8 +176,8 @@ def draw_resolution(charts, results):
         ticks = [64, 128, 256, 512, 1024, 2048, 4096] if method == VOXELS else [0.25, 0.5, 1, 2, 4]
         axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
         axes.set_xlabel("voxels an axis" if method == VOXELS else "texels a pixel and axis (1 / undersample)")
-        axes.legend(title=f"{'rays' if method == VOXELS else 'maps'}: fitted rate", title_fontsize=6.4, loc="lower left",
-                    handlelength=2.2)
+        place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22)} if below else {"loc": "lower left"}
+        axes.legend(title=f"{'rays' if method == VOXELS else 'maps'}: fitted rate", title_fontsize=6.4, handlelength=2.2, **place)
     log_axis(panels[0].yaxis, low / 4, high)
     panels[0].set_ylabel("wrong pairs (%)")
     charts.save(figure, "stability_resolution", "The error over resolution",
