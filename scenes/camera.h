@@ -11,6 +11,8 @@ namespace shadowdag {
 /// The minimum field of view. The slices of the cluster grid (hybrid/clusters/cluster_grid.h)
 /// multiply as it narrows; a tenth of a degree is that of a telescope.
 constexpr float kMinFieldOfView = 1e-3f;
+/// The widest one that pictures have: below 3.1, where a plane of pixels still makes sense.
+constexpr float kMaxFieldOfView = 3.0999f;
 
 /// A pinhole camera in world space. Right-handed, looks along `forward`; y up. Pixel (0, 0) is the
 /// top left; a pixel's sample lies at its centre.

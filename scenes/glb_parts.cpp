@@ -67,7 +67,7 @@ std::string Parts::emissionMembers(const glm::vec3& emission) {
     if (strongest <= 1.0f)
         return "\"emissiveFactor\":" + numbers(emission, 3) + ",";
     float strength = 1.0f; // factors end at 1; a power of two divides without rounding
-    while (strength < strongest)
+    while (strength < strongest && strength < 0x1p127f) // what is beyond, the reader refuses
         strength *= 2.0f;
     hasEmissiveStrength = true;
     return "\"emissiveFactor\":" + numbers(emission / strength, 3) +

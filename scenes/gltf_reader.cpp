@@ -148,6 +148,11 @@ void SceneReader::readMaterials() {
             material.emission *=
                 checkedPositiveOrZero(strength->second.Get("emissiveStrength").GetNumberAsDouble(),
                                       place + "/extensions/KHR_materials_emissive_strength");
+        for (int c = 0; c < 3; ++c)
+            if (!(std::fabs(material.emission[c]) <= float(kMaxMagnitude)))
+                fail(document_, place,
+                     "its emission is " + std::to_string(material.emission[c]) +
+                         ", not within 1e30; lower it");
         material.alphaMask = masks_.materials[i].mask;
         const auto transmission = source.extensions.find("KHR_materials_transmission");
         translucentCount_ +=
@@ -212,7 +217,7 @@ void SceneReader::appendUv(int accessor, const gltf::UvMapping* mapping, size_t 
         uv.resize(uv.size() + used.size(), glm::vec2(0.0f));
         return;
     }
-    const std::vector<float> authored = accessors_.readFloats(accessor, 2, place);
+    const std::vector<float>& authored = accessors_.sharedFloats(accessor, 2, place);
     if (authored.size() != 2 * vertexCount)
         fail(document_, place,
              std::to_string(authored.size() / 2) + " of them for " + std::to_string(vertexCount) +
@@ -472,6 +477,11 @@ void SceneReader::readCameras() {
             scene_.warnings.push_back(place + "/yfov: " + shortText(source.perspective.yfov) +
                                       " rad is widened to " + shortText(kMinFieldOfView) + ".");
             camera.yfov = kMinFieldOfView;
+        }
+        if (camera.yfov > kMaxFieldOfView) {
+            scene_.warnings.push_back(place + "/yfov: " + shortText(source.perspective.yfov) +
+                                      " rad is narrowed to " + shortText(kMaxFieldOfView) + ".");
+            camera.yfov = kMaxFieldOfView;
         }
         if (!(camera.znear > 0.0f))
             fail(document_, place + "/znear", std::to_string(camera.znear) + " is not above 0");

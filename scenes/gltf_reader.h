@@ -95,6 +95,10 @@ public:
     /// Returns count * componentCount floats; integers are normalised when the accessor says so,
     /// else converted. `place` names the place in messages. All returned values are finite.
     std::vector<float> readFloats(int accessor, int componentCount, const std::string& place);
+    /// Returns the same, read and counted once however many primitives share it; the reference
+    /// stays valid for the reader's life.
+    const std::vector<float>& sharedFloats(int accessor, int componentCount,
+                                           const std::string& place);
     /// Returns the positions of a VEC3 accessor; the reference stays valid for the reader's life.
     const std::vector<glm::vec3>& readPositions(int accessor, const std::string& place);
     /// Returns a SCALAR accessor of an unsigned integer type.
@@ -126,6 +130,7 @@ private:
     uint64_t budgetBytes_;
     uint64_t usedBytes_ = 0, texelCount_ = 0, besideBytes_ = 0;
     std::map<int, std::vector<glm::vec3>> positions_;
+    std::map<std::pair<int, int>, std::vector<float>> floats_; // by accessor, components
 };
 
 /// How texture coordinates of a material are read.

@@ -105,10 +105,12 @@ AccessorReader::AccessorReader(const Document& document)
     : document_(document), budgetBytes_(kFreeBytes + kGrowthLimit * document.inputBytes) {}
 
 void AccessorReader::charge(uint64_t bytes, const std::string& place) {
-    if (bytes > budgetBytes_ - usedBytes_)
+    const uint64_t budget = budgetBytes_ + kGrowthLimit * besideBytes_;
+    if (bytes > budget - usedBytes_)
         fail(document_, place,
-             "the file of " + std::to_string(document_.inputBytes) + " bytes declares more than " +
-                 std::to_string(budgetBytes_) + " bytes of content; its counts are wrong");
+             "the file of " + std::to_string(document_.inputBytes + besideBytes_) +
+                 " bytes, with those beside it, declares more than " + std::to_string(budget) +
+                 " bytes of content; its counts are wrong");
     usedBytes_ += bytes;
 }
 
@@ -258,6 +260,15 @@ std::vector<float> AccessorReader::readFloats(int accessor, int componentCount,
         }
     });
     return values;
+}
+
+const std::vector<float>& AccessorReader::sharedFloats(int accessor, int componentCount,
+                                                       const std::string& place) {
+    const std::pair key(accessor, componentCount);
+    const auto known = floats_.find(key);
+    return known != floats_.end()
+               ? known->second
+               : floats_.emplace(key, readFloats(accessor, componentCount, place)).first->second;
 }
 
 const std::vector<glm::vec3>& AccessorReader::readPositions(int accessor,

@@ -13,10 +13,10 @@ namespace {
 constexpr uint32_t kJointsPerSet = 4;
 
 /// Returns the values of the accessor, componentCount a vertex.
-std::vector<float> readVertexFloats(const Document& document, AccessorReader& accessors,
-                                    int accessor, int componentCount, size_t vertexCount,
-                                    const std::string& place) {
-    std::vector<float> values = accessors.readFloats(accessor, componentCount, place);
+const std::vector<float>& vertexFloats(const Document& document, AccessorReader& accessors,
+                                       int accessor, int componentCount, size_t vertexCount,
+                                       const std::string& place) {
+    const std::vector<float>& values = accessors.sharedFloats(accessor, componentCount, place);
     if (values.size() != vertexCount * size_t(componentCount))
         fail(document, place,
              std::to_string(values.size() / size_t(componentCount)) + " of them for " +
@@ -32,10 +32,10 @@ void appendJoints(const Document& document, AccessorReader& accessors, const Def
     mesh.jointWeights.resize(first + used.size() * mesh.jointsPerVertex, {0, 0.0f});
     for (size_t set = 0; set < from.joints.size(); ++set) {
         const std::string name = std::to_string(set);
-        const std::vector<float> joints = readVertexFloats(document, accessors, from.joints[set], 4,
-                                                           vertexCount, place + "/JOINTS_" + name);
-        const std::vector<float> weights = readVertexFloats(
-            document, accessors, from.weights[set], 4, vertexCount, place + "/WEIGHTS_" + name);
+        const std::vector<float>& joints = vertexFloats(document, accessors, from.joints[set], 4,
+                                                        vertexCount, place + "/JOINTS_" + name);
+        const std::vector<float>& weights = vertexFloats(document, accessors, from.weights[set], 4,
+                                                         vertexCount, place + "/WEIGHTS_" + name);
         for (size_t i = 0; i < used.size(); ++i)
             for (uint32_t k = 0; k < kJointsPerSet; ++k) {
                 const float joint = joints[4 * size_t(used[i]) + k];
@@ -100,9 +100,9 @@ void appendDeformation(const Document& document, AccessorReader& accessors,
             displacements.resize(displacements.size() + used.size(), glm::vec3(0.0f));
             continue;
         }
-        const std::vector<float> values =
-            readVertexFloats(document, accessors, from.targets[target], 3, vertexCount,
-                             place + "/targets/" + std::to_string(target) + "/POSITION");
+        const std::vector<float>& values =
+            vertexFloats(document, accessors, from.targets[target], 3, vertexCount,
+                         place + "/targets/" + std::to_string(target) + "/POSITION");
         for (const uint32_t v : used)
             displacements.emplace_back(values[3 * size_t(v)], values[3 * size_t(v) + 1],
                                        values[3 * size_t(v) + 2]);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace shadowdag::gltf {
 
@@ -169,17 +170,33 @@ void MaskReader::makeMasks(size_t first, size_t end) {
             std::all_of(alpha.alpha.begin(), alpha.alpha.end(), [](uint8_t a) { return a == 255; }))
             grey = luminanceOf(decodeColors(document_, accessors_, bytes, place));
     }
+    // Materials that cut the image alike share a mask: by its wrapping and which alphas are opaque.
+    std::map<std::tuple<MaskWrap, MaskWrap, bool, std::string>, int> known;
     for (size_t i = first; i < end; ++i) {
         const MaskSource& from = sources_[i];
-        const AlphaImage& opacity = from.mayBeGrey && grey ? *grey : alpha;
-        accessors_.charge(uint64_t(maskRowWords(opacity.width)) * 4 * opacity.height,
-                          "materials/" + std::to_string(from.material));
-        AlphaMask mask = makeAlphaMask(opacity.width, opacity.height, from.wrapU, from.wrapV);
-        for (uint32_t y = 0; y < opacity.height; ++y)
-            for (uint32_t x = 0; x < opacity.width; ++x)
-                if (from.isOpaque(opacity.alpha[size_t(y) * opacity.width + x]))
-                    setOpaque(mask, x, y);
-        result_.materials[from.material].mask = addMask(std::move(mask));
+        const bool isGrey = from.mayBeGrey && grey;
+        const AlphaImage& opacity = isGrey ? *grey : alpha;
+        std::string isOpaque(256, 0);
+        for (int a = 0; a < 256; ++a)
+            isOpaque[size_t(a)] = char(from.isOpaque(uint8_t(a)));
+        const auto [found, isNew] =
+            known.try_emplace({from.wrapU, from.wrapV, isGrey, isOpaque}, kNone);
+        if (isNew) {
+            const std::string material = "materials/" + std::to_string(from.material);
+            accessors_.checkTexels(0, material);
+            accessors_.addTexels(uint64_t(opacity.width) * opacity.height);
+            AlphaMask mask = makeAlphaMask(opacity.width, opacity.height, from.wrapU, from.wrapV);
+            for (uint32_t y = 0; y < opacity.height; ++y)
+                for (uint32_t x = 0; x < opacity.width; ++x)
+                    if (isOpaque[opacity.alpha[size_t(y) * opacity.width + x]])
+                        setOpaque(mask, x, y);
+            const size_t before = masks_.size();
+            found->second = addMask(std::move(mask));
+            if (masks_.size() > before) // it stays
+                accessors_.charge(uint64_t(maskRowWords(opacity.width)) * 4 * opacity.height,
+                                  material);
+        }
+        result_.materials[from.material].mask = found->second;
     }
 }
 

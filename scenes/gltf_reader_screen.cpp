@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <initializer_list>
 #include <string_view>
 
 namespace shadowdag::gltf {
@@ -15,6 +16,8 @@ constexpr int kMaxDepth = 256;
 // tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
 // scenes that exporters write, and cost what a workstation has.
 constexpr uint64_t kMaxObjectCount = 2'000'000;
+// Each takes tinygltf 2.5 KB, however short it is; large scenes have hundreds.
+constexpr uint64_t kMaxMaterialCount = 16'384;
 
 /// A part of the text; empty where there is none.
 struct Span {
@@ -48,6 +51,10 @@ public:
                     fail(document_, "JSON",
                          "more than " + std::to_string(kMaxObjectCount) +
                              " objects; split the scene");
+                if (depth_ == 2 && topKey_ == "materials" && ++materialCount_ > kMaxMaterialCount)
+                    fail(document_, "materials",
+                         "more than " + std::to_string(kMaxMaterialCount) +
+                             "; join those that are alike");
                 beginObject();
                 [[fallthrough]];
             case '[':
@@ -89,6 +96,9 @@ private:
                          "\" contains escape sequences; write it without");
             topKey_ = key;
         }
+        if (topKey_ == "extensions" && depth_ == 2)
+            extension_ = key;
+        checkType(key, skipSpace(colon + 1));
         if (topKey_ == "buffers" && !summary_.buffers.empty())
             takeBufferKey(key, start, skipSpace(colon + 1));
         if (topKey_ == "meshes" && depth_ == 5) {
@@ -102,6 +112,31 @@ private:
             extrasDepth_ = depth_;
             extrasFrom_ = colon + 1;
         }
+    }
+
+    /// Throws where a value that matters to shadows is of another type than glTF gives it: tinygltf
+    /// would take the default without a word. @param value where it begins
+    void checkType(std::string_view key, size_t value) const {
+        const auto isOneOf = [key](std::initializer_list<std::string_view> keys) {
+            return std::find(keys.begin(), keys.end(), key) != keys.end();
+        };
+        const bool isNode = topKey_ == "nodes" && depth_ == 3;
+        const bool isLight = topKey_ == "extensions" && extension_ == "KHR_lights_punctual";
+        const bool isList =
+            (isNode && isOneOf({"translation", "rotation", "scale", "matrix", "children"})) ||
+            (isLight && depth_ == 5 && key == "color");
+        const bool isNumber =
+            (isNode && isOneOf({"mesh", "skin", "camera"})) ||
+            (isLight && depth_ == 5 && isOneOf({"intensity", "range"})) ||
+            (isLight && depth_ == 6 && isOneOf({"innerConeAngle", "outerConeAngle"})) ||
+            (topKey_ == "materials" && depth_ == 3 && key == "alphaCutoff");
+        const char first = value < length_ ? text_[value] : '\0';
+        if (isList && first != '[')
+            fail(document_, std::string(topKey_) + "/.../" + std::string(key),
+                 "is no list; export the file again");
+        if (isNumber && first != '-' && !(first >= '0' && first <= '9'))
+            fail(document_, std::string(topKey_) + "/.../" + std::string(key),
+                 "is no number; export the file again");
     }
 
     void takeBufferKey(std::string_view key, size_t start, size_t value) {
@@ -176,9 +211,10 @@ private:
     char* const text_;
     const size_t length_;
     JsonSummary summary_;
-    uint64_t objectCount_ = 0;
+    uint64_t objectCount_ = 0, materialCount_ = 0;
     int depth_ = 0;
     std::string_view topKey_;      // of the root object
+    std::string_view extension_;   // of its "extensions"
     size_t extrasFrom_ = 0;        // start of an extras value
     int extrasDepth_ = -1;         // its depth; -1: none
     Span extensions_, byteLength_; // of the buffer: with the key, the value

@@ -49,6 +49,23 @@ struct PngSize {
     uint32_t width = 0, height = 0;
 };
 
+/// Throws for data that inflate to more than the rows of the image: stb would take up to 4 GiB for
+/// a PNG of 4 MiB. Small data cannot, and are not inflated a second time.
+void checkInflated(const std::vector<char>& packed, uint64_t rowBits, uint32_t height,
+                   const std::string& place) {
+    constexpr size_t kSmallBytes = 64 << 10; // at most 64 MiB
+    if (packed.size() <= kSmallBytes || packed.size() > INT_MAX)
+        return;
+    // A byte of filter each; seven passes of an interlaced image have about twice as many rows.
+    const uint64_t most = (rowBits / 8 + 1) * height + 4 * uint64_t(height) + 64;
+    if (most > INT_MAX)
+        return;
+    std::vector<char> rows(most);
+    if (stbi_zlib_decode_buffer(rows.data(), int(most), packed.data(), int(packed.size())) < 0)
+        fail(place, "the PNG is damaged, or its " + std::to_string(packed.size()) +
+                        " bytes of data hold more than its texels");
+}
+
 /// Verifies all chunks before the decoder sees them, and returns the size: stb checks neither
 /// checksums nor the size of what it inflates.
 PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& place) {
@@ -56,6 +73,7 @@ PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& pl
     if (!isPng(data, byteCount))
         fail(place, "is not a PNG");
     uint64_t dataBytes = 0, rowBits = 0;
+    std::vector<char> packed;
     bool isFirst = true;
     for (size_t at = sizeof kSignature;;) {
         if (byteCount - at < 12)
@@ -85,7 +103,10 @@ PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& pl
             const uint8_t kind = content[9];
             rowBits = uint64_t(image.width) * content[8] * kChannels[kind & 7u];
         }
-        dataBytes += is("IDAT") ? length : 0;
+        if (is("IDAT")) {
+            dataBytes += length;
+            packed.insert(packed.end(), content, content + length);
+        }
         isFirst = false;
         at += size_t(length) + 12;
         if (is("IEND"))
@@ -95,6 +116,7 @@ PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& pl
         fail(place, "claims " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                         " texels, which its " + std::to_string(dataBytes) +
                         " bytes of data cannot hold");
+    checkInflated(packed, rowBits, image.height, place);
     return image;
 }
 

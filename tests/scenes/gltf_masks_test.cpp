@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <stb_image_write.h>
 
 #include <filesystem>
 #include <random>
@@ -102,6 +103,24 @@ std::string maskOf(const Scene& scene) {
 std::string materialOf(const std::string& members, const std::string& texture = R"("index":0)") {
     return R"([{"alphaMode":"MASK")" + members +
            R"(,"pbrMetallicRoughness":{"baseColorTexture":{)" + texture + "}}}]";
+}
+
+// Masks beside a small file may be larger than what such a file itself may declare.
+TEST(GltfMasks, ManyMaterialsShareALargeMaskBesideTheFile) {
+    constexpr int kSide = 4096, kMaterials = 12;
+    std::vector<uint8_t> rgba(size_t(4) * kSide * kSide, 255);
+    rgba[3] = 0; // a hole
+    const test::TemporaryFolder folder;
+    ASSERT_NE(stbi_write_png(folder.path("leaf.png").c_str(), kSide, kSide, 4, rgba.data(), 0), 0);
+    GltfParts parts = boardFile();
+    std::string materials;
+    for (int i = 0; i < kMaterials; ++i)
+        materials += std::string(i ? "," : "") +
+                     R"({"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.)" +
+                     std::to_string(60 + i) + R"(],"baseColorTexture":{"index":0}}})";
+    parts.set("materials", "[" + materials + "]").set("images", R"([{"uri":"leaf.png"}])");
+    const Scene scene = readGltf(folder.write("t.glb", parts.glb()));
+    EXPECT_EQ(scene.alphaMasks.size(), 1u);
 }
 
 TEST(GltfMasks, AlphaTimesFactorIsComparedWithTheCutoff) {
@@ -312,10 +331,18 @@ TEST(GltfMasks, EveryBrokenPartHasItsMessage) {
 }
 
 TEST(GltfMasks, ManyMasksOfOneImageAreRefusedBeforeTheyFillTheMemory) {
-    GltfParts parts = boardFile([] {
-        const std::vector<uint8_t> png = writePngMask(makeAlphaMask(4096, 4096));
-        return std::string(png.begin(), png.end());
-    }());
+    // Rows of every alpha, so that each cutoff gives another mask.
+    constexpr int kSide = 4096;
+    std::vector<uint8_t> greyAlpha(size_t(2) * kSide * kSide);
+    for (size_t i = 0; i < greyAlpha.size() / 2; ++i)
+        greyAlpha[2 * i + 1] = uint8_t(i / kSide);
+    std::string png;
+    stbi_write_png_to_func(
+        [](void* out, void* data, int count) {
+            static_cast<std::string*>(out)->append(static_cast<const char*>(data), size_t(count));
+        },
+        &png, kSide, kSide, 2, greyAlpha.data(), 2 * kSide);
+    GltfParts parts = boardFile(png);
     std::string list;
     for (int i = 0; i < 100; ++i)
         list += std::string(i ? "," : "") + R"({"alphaMode":"MASK","alphaCutoff":0.)" +

@@ -225,6 +225,15 @@ TEST(Gltf, EmissionIsScaledByItsStrength) {
     EXPECT_EQ(readParts(parts).materials.at(1).emission, glm::vec3(8, 4, 0));
 }
 
+TEST(Gltf, EmissionBeyondItsLimitIsRefused) {
+    GltfParts parts = triangleFile();
+    parts
+        .set("materials", R"([{"emissiveFactor":[1,1e10,0],"extensions":)"
+                          R"({"KHR_materials_emissive_strength":{"emissiveStrength":1e30}}}])")
+        .set("extensionsUsed", R"(["KHR_materials_emissive_strength"])");
+    EXPECT_THAT(messageOf(parts), HasSubstr("materials/0: its emission is inf, not within 1e30"));
+}
+
 TEST(Gltf, DefaultSceneIsTheOneShown) {
     GltfParts parts = triangleFile();
     parts.set("nodes", R"([{},{"mesh":0}])").set("scenes", R"([{"nodes":[0]},{"nodes":[1]}])");
@@ -286,6 +295,87 @@ TEST(Gltf, TinyFieldOfViewIsWidenedWithAWarning) {
     EXPECT_EQ(scene.cameras[0].yfov, kMinFieldOfView);
     EXPECT_THAT(scene.warnings,
                 testing::Contains(HasSubstr("cameras/0/yfov: 1e-17 rad is widened to 0.001")));
+}
+
+TEST(Gltf, AFieldOfViewOfNearlyPiIsNarrowedWithAWarning) {
+    GltfParts parts = triangleFile();
+    parts.set("cameras",
+              R"([{"type":"perspective","perspective":{"yfov":3.1409,"znear":0.5,"zfar":9}}])");
+    const Scene scene = readParts(parts);
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    EXPECT_EQ(scene.cameras[0].yfov, kMaxFieldOfView);
+    EXPECT_LT(kMaxFieldOfView, 3.1f) << "which pictures refuse";
+    EXPECT_THAT(scene.warnings,
+                testing::Contains(HasSubstr("cameras/0/yfov: 3.1409 rad is narrowed to 3.0999")));
+}
+
+// What tinygltf would replace by its default.
+TEST(Gltf, ValuesOfAnotherTypeAreRefusedByTheirKey) {
+    const std::string lights = R"({"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{},)";
+    const std::pair<const char*, std::string> cases[] = {
+        {"extensions", lights + R"("intensity":"bright"}]}})"},
+        {"extensions", lights + R"("intensity": null}]}})"},
+        {"extensions", lights + R"("range":"far"}]}})"},
+        {"extensions", lights + R"("color":"red"}]}})"},
+        {"nodes", R"([{"mesh":0,"scale":"x"}])"},
+        {"nodes", R"([{"mesh":0,"translation":1}])"},
+        {"nodes", R"([{"mesh":"0"}])"},
+        {"materials", R"([{"alphaCutoff":{}}])"}};
+    for (const auto& [member, json] : cases) {
+        GltfParts parts = triangleFile();
+        parts.set(member, json);
+        EXPECT_THAT(messageOf(parts), testing::AnyOf(HasSubstr("is no number; export"),
+                                                     HasSubstr("is no list; export")))
+            << json;
+    }
+    GltfParts parts = triangleFile();
+    parts.set("nodes", R"([{"mesh":0,"scale": [1,2,-3],"extras":{"scale":"x"}}])")
+        .set("extensions", R"({"OTHER":{"lights":[{"intensity":"bright"}]}})");
+    EXPECT_EQ(messageOf(parts), "no error");
+}
+
+// Exporters put a whole scene into one accessor.
+TEST(Gltf, TextureCoordinatesThatManyMeshesShareCountOnce) {
+    constexpr int kVertices = 40'000, kMeshes = 400;
+    GltfParts parts;
+    parts.append(std::vector<float>(3 * kVertices, 1.0f))
+        .append(std::vector<float>(2 * kVertices, 0.5f))
+        .append<uint16_t>({0, 1, 2});
+    const std::string positions = std::to_string(12 * kVertices),
+                      uvs = std::to_string(8 * kVertices), count = std::to_string(kVertices);
+    std::string meshes, nodes, roots;
+    for (int m = 0; m < kMeshes; ++m) {
+        const std::string comma = m == 0 ? "" : ",";
+        meshes += comma + R"({"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},)" +
+                  R"("indices":2,"material":0}]})";
+        nodes += comma + R"({"mesh":)" + std::to_string(m) + "}";
+        roots += comma + std::to_string(m);
+    }
+    parts.members = {
+        {"asset", R"({"version":"2.0"})"},
+        {"buffers", R"([{"byteLength":)" + std::to_string(parts.binary.size()) + "}]"},
+        {"bufferViews", R"([{"buffer":0,"byteLength":)" + positions +
+                            R"(},{"buffer":0,"byteOffset":)" + positions + R"(,"byteLength":)" +
+                            uvs + R"(},{"buffer":0,"byteOffset":)" +
+                            std::to_string(20 * kVertices) + R"(,"byteLength":6}])"},
+        {"accessors", R"([{"bufferView":0,"componentType":5126,"count":)" + count +
+                          R"(,"type":"VEC3"},{"bufferView":1,"componentType":5126,"count":)" +
+                          count + R"(,"type":"VEC2"},)" +
+                          R"({"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}])"},
+        {"meshes", "[" + meshes + "]"},
+        {"textures", R"([{"source":0}])"},
+        {"nodes", "[" + nodes + "]"},
+        {"scenes", R"([{"nodes":[)" + roots + "]}]"}};
+    parts
+        .set("materials", R"([{"alphaMode":"MASK","pbrMetallicRoughness":)"
+                          R"({"baseColorTexture":{"index":0}}}])")
+        // An opaque pixel and a hole.
+        .set(
+            "images",
+            R"([{"uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAD0lEQVR4nGP4z8DwHwgZAA/5Av4tR4H0AAAAAElFTkSuQmCC"}])");
+    const Scene scene = readParts(parts);
+    ASSERT_EQ(scene.meshes.size(), size_t(kMeshes));
+    EXPECT_EQ(scene.meshes.back().uv.at(0), glm::vec2(0.5f));
 }
 
 TEST(Gltf, LinksOutOfTheFilesFolderAreRefused) {
@@ -753,6 +843,12 @@ TEST(Gltf, UnreasonableTextIsRefusedBeforeItIsParsed) {
         objects += ",{}";
     parts.set("weird", objects + "]");
     EXPECT_THAT(messageOf(parts), HasSubstr("more than 2000000 objects"));
+    parts = triangleFile();
+    std::string materials = "[{}";
+    for (int i = 0; i < 16'384; ++i)
+        materials += ",{}";
+    parts.set("materials", materials + "]");
+    EXPECT_THAT(messageOf(parts), HasSubstr("materials: more than 16384; join those"));
     parts = triangleFile();
     parts.binary.resize(1 << 20);
     std::string buffers = R"([{"byteLength":44})";

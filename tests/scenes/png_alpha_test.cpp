@@ -7,8 +7,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <stb_image_write.h>
 
+#include <cstdlib>
+#include <memory>
 #include <random>
+
+// Of stb_image_write.h, which declares it beside its text alone.
+extern "C" unsigned char* stbi_zlib_compress(unsigned char* data, int byteCount, int* packedBytes,
+                                             int quality);
 
 namespace shadowdag {
 namespace {
@@ -93,6 +100,38 @@ TEST(PngAlpha, ClaimsAreComparedWithTheDataBeforeMemoryIsAllocated) {
     EXPECT_THAT(messageOf(withHeader(png, 20000, 1)), testing::HasSubstr("16384 a side"));
     EXPECT_THAT(messageOf(withHeader(png, 0, 5)), testing::HasSubstr("0 x 5"));
     EXPECT_LE(test::allocationPeakBytes(), 1u << 20);
+}
+
+/// The same file with other data, in one chunk.
+std::vector<uint8_t> withData(const std::vector<uint8_t>& png, const uint8_t* data, size_t count) {
+    constexpr size_t kHeaderEnd = 8 + 25, kEndBytes = 12; // signature and IHDR; IEND
+    std::vector<uint8_t> result(png.begin(), png.begin() + kHeaderEnd);
+    const auto add = [&](uint32_t value) {
+        for (int i = 3; i >= 0; --i)
+            result.push_back(uint8_t(value >> 8 * i));
+    };
+    add(uint32_t(count));
+    for (const char letter : {'I', 'D', 'A', 'T'})
+        result.push_back(uint8_t(letter));
+    result.insert(result.end(), data, data + count);
+    add(slowChecksum(&result[kHeaderEnd + 4], count + 4));
+    result.insert(result.end(), png.end() - kEndBytes, png.end());
+    return result;
+}
+
+// A MiB of deflate may hold a GiB, of which stb would take all.
+TEST(PngAlpha, DataOfMoreThanTheTexelsAreRefusedInLittleMemory) {
+    std::vector<uint8_t> zeros(100u << 20);
+    int packedBytes = 0;
+    const std::unique_ptr<uint8_t, void (*)(void*)> packed(
+        stbi_zlib_compress(zeros.data(), int(zeros.size()), &packedBytes, 8), std::free);
+    ASSERT_GT(packedBytes, 64 << 10);
+    zeros = {};
+    const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
+    test::resetAllocationPeak();
+    EXPECT_THAT(messageOf(withData(png, packed.get(), size_t(packedBytes))),
+                testing::HasSubstr("bytes of data hold more than its texels"));
+    EXPECT_LE(test::allocationPeakBytes(), 4u << 20);
 }
 
 TEST(PngAlpha, DecoderErrorsAreReported) {

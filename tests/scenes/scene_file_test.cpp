@@ -257,6 +257,8 @@ TEST_F(OtherScenes, MaterialsOfObjHaveTheirColours) {
     EXPECT_EQ(m.baseColor, glm::vec3(0.25f, 0.5f, 1.0f));
     EXPECT_EQ(m.emission, glm::vec3(2, 0, 0));
     folder.write("a b.png", pngOf(3, {0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 255}));
+    folder.write("a.mtl", "newmtl m\nKe 3e38 0 0\n");
+    EXPECT_THAT(messageOf("a.obj", board()), HasSubstr("a.obj: materials/1/extensions/"));
     folder.write("a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nmap_Kd a b.png\n");
     const Scene shown = read("a.obj", board());
     EXPECT_EQ(shown.materials.back().baseColorTexture, 0);

@@ -4,6 +4,8 @@
 #include "cuda/parallel_for.h"
 #include "hybrid/judge/own_taps.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -112,9 +114,14 @@ uint64_t countWrongSamples(const Camera& camera, const GBufferView& gbuffer) {
 
 /// Returns how many samples Embree does not see from the camera: a triangle lies before them, by at
 /// least a thousandth of their depth, on the ray of their pixel and on four rays a twentieth of a
-/// pixel beside it. Of the background, which begins at the far plane, too.
-uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBufferView& gbuffer) {
+/// pixel beside it. Of the background, which begins at the far plane, too, as far as the scene
+/// reaches: Embree takes no ray to where floats end.
+uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const Box& bounds,
+                            const GBufferView& gbuffer) {
     const ViewFrame view(camera, gbuffer);
+    const glm::dvec3 farthest = glm::max(glm::abs(glm::dvec3(bounds.min) - view.eye),
+                                         glm::abs(glm::dvec3(bounds.max) - view.eye));
+    const double background = std::min(double(camera.zfar), 1.01 * glm::length(farthest));
     constexpr double kBeside = 0.05, kBefore = 1.0 - 1e-3; // pixels; of the distance
     constexpr double kPlaces[][2] = {
         {0, 0}, {kBeside, 0}, {-kBeside, 0}, {0, kBeside}, {0, -kBeside}};
@@ -124,7 +131,7 @@ uint64_t countHiddenSamples(const Truth& truth, const Camera& camera, const GBuf
         for (size_t s = begin; s < end; ++s) {
             const double depth =
                 gbuffer.triangle[s] == kBackground
-                    ? double(camera.zfar)
+                    ? background
                     : glm::dot(glm::dvec3(gbuffer.positionWorld[s]) - view.eye, view.forward);
             TruthRay rays[std::size(kPlaces)];
             uint8_t blocked[std::size(kPlaces)];
@@ -198,7 +205,8 @@ uint64_t countWrongColors(const World& world, const PairResults& answers) {
     for (size_t s = 0; s < expected.size(); ++s)
         for (int c = 0; c < 3; ++c) {
             const float is = answers.frame.color[s][c], should = expected[s][c];
-            if (!(std::fabs(is - should) <= 1e-4f * (std::fabs(is) + std::fabs(should)) + 1e-9f)) {
+            if (is != should && // infinite ones, too
+                !(std::fabs(is - should) <= 1e-4f * (std::fabs(is) + std::fabs(should)) + 1e-9f)) {
                 ++wrong;
                 break;
             }
@@ -212,7 +220,8 @@ SelfChecks checkFrame(Workspace& workspace, const PairResults& answers, const Er
     SelfChecks checks;
     checks.wrongListPairCount = countWrongPairs(world, answers);
     checks.misplacedSampleCount = countWrongSamples(camera, answers.gbuffer);
-    checks.hiddenSampleCount = countHiddenSamples(workspace.truth(), camera, answers.gbuffer);
+    checks.hiddenSampleCount =
+        countHiddenSamples(workspace.truth(), camera, world.boundsWorld(), answers.gbuffer);
     checks.wrongLookupCount = countWrongLookups(world, answers);
     checks.coarserMapCount = countWrongResolutions(answers);
     checks.wrongColorCount = countWrongColors(world, answers);

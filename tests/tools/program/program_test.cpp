@@ -798,6 +798,18 @@ TEST(Program, AFailedValidateLeavesNoFolder) {
     }
 }
 
+// Embree ends the program for a ray to where floats end.
+TEST(Program, AFarPlaneBeyondAnySceneIsValidated) {
+    const TemporaryDirectory directory;
+    for (const char* far : {"100", "1e20", "1e30"}) {
+        const ProgramResult result =
+            runShadowdag(directory, {"validate", "builtin:fail-wires", "--size", "40x23",
+                                     "--camera", std::string("0,1,6,0,0,0,50,0.1,") + far});
+        EXPECT_EQ(result.status, 0) << far << ": " << result.err;
+        EXPECT_EQ(result.err.find("hides from the camera"), std::string::npos) << result.err;
+    }
+}
+
 TEST(Program, EachOfSeveralViewsIsRenderedAndValidated) {
     const TemporaryDirectory directory;
     const Arguments views = {"--views", "2", "--method", "maps", "--size", "64x36", "--json"};
