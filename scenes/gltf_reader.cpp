@@ -473,16 +473,12 @@ void SceneReader::readCameras() {
         if (!(camera.yfov > 0.0f && camera.yfov < 3.1415925f))
             fail(document_, place + "/yfov",
                  std::to_string(camera.yfov) + " is not within 0 and pi");
-        if (camera.yfov < kMinFieldOfView) {
+        const float yfov = std::clamp(camera.yfov, kMinFieldOfView, kMaxFieldOfView);
+        if (yfov != camera.yfov)
             scene_.warnings.push_back(place + "/yfov: " + shortText(source.perspective.yfov) +
-                                      " rad is widened to " + shortText(kMinFieldOfView) + ".");
-            camera.yfov = kMinFieldOfView;
-        }
-        if (camera.yfov > kMaxFieldOfView) {
-            scene_.warnings.push_back(place + "/yfov: " + shortText(source.perspective.yfov) +
-                                      " rad is narrowed to " + shortText(kMaxFieldOfView) + ".");
-            camera.yfov = kMaxFieldOfView;
-        }
+                                      " rad is " + (yfov > camera.yfov ? "widened" : "narrowed") +
+                                      " to " + shortText(yfov) + ".");
+        camera.yfov = yfov;
         if (!(camera.znear > 0.0f))
             fail(document_, place + "/znear", std::to_string(camera.znear) + " is not above 0");
         if (camera.zfar == 0.0f)

@@ -72,8 +72,8 @@ PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& pl
     PngSize image;
     if (!isPng(data, byteCount))
         fail(place, "is not a PNG");
-    uint64_t dataBytes = 0, rowBits = 0;
-    std::vector<char> packed;
+    uint64_t rowBits = 0;
+    std::vector<char> packed; // the data of all its chunks
     bool isFirst = true;
     for (size_t at = sizeof kSignature;;) {
         if (byteCount - at < 12)
@@ -103,18 +103,16 @@ PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& pl
             const uint8_t kind = content[9];
             rowBits = uint64_t(image.width) * content[8] * kChannels[kind & 7u];
         }
-        if (is("IDAT")) {
-            dataBytes += length;
+        if (is("IDAT"))
             packed.insert(packed.end(), content, content + length);
-        }
         isFirst = false;
         at += size_t(length) + 12;
         if (is("IEND"))
             break;
     }
-    if (rowBits / 8 * image.height > kMostInflation * dataBytes)
+    if (rowBits / 8 * image.height > kMostInflation * packed.size())
         fail(place, "claims " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                        " texels, which its " + std::to_string(dataBytes) +
+                        " texels, which its " + std::to_string(packed.size()) +
                         " bytes of data cannot hold");
     checkInflated(packed, rowBits, image.height, place);
     return image;
