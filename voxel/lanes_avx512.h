@@ -20,9 +20,20 @@ struct Avx512Lanes {
     struct Doubles {
         __m512d low, high;
     };
+    using Mask = uint32_t;
+    static Mask mask(uint32_t bits) { return bits; }
 
     static Floats splat(float v) { return _mm512_set1_ps(v); }
     static Floats load(const float* from) { return _mm512_loadu_ps(from); }
+    static Floats loadBytes(const uint8_t* from) { return _mm512_cvtepi32_ps(bytes(from)); }
+    static uint32_t nonZero(const uint8_t* from) {
+        const __m512i v = bytes(from);
+        return _mm512_test_epi32_mask(v, v);
+    }
+    static void storeFlags(uint8_t* to, uint32_t bits) {
+        const __m512i flags = _mm512_maskz_set1_epi32(__mmask16(bits), 1);
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm512_cvtepi32_epi8(flags));
+    }
     /// @param to aligned to the vector
     static void store(float* to, Floats v) { _mm512_store_ps(to, v); }
     static Floats gather(const float* base, const uint32_t* index) {
@@ -59,6 +70,13 @@ struct Avx512Lanes {
     }
     static Ints gatherInts(const uint32_t* base, Ints index) {
         return _mm512_i32gather_epi32(index, base, 4);
+    }
+    /// Asks the caches for base[index] of every lane.
+    static void prefetch(const uint32_t* base, Ints index) {
+        alignas(64) int32_t at[kWidth];
+        _mm512_store_si512(at, index);
+        for (const int32_t i : at)
+            __builtin_prefetch(base + i);
     }
     static Floats bitsToFloats(Ints v) { return _mm512_castsi512_ps(v); }
     static Doubles splatDouble(double v) { return {_mm512_set1_pd(v), _mm512_set1_pd(v)}; }
@@ -101,6 +119,11 @@ struct Avx512Lanes {
     }
     static float greatest(uint32_t which, Floats v) {
         return _mm512_reduce_max_ps(select(which, v, splat(-kLargestScale)));
+    }
+
+private:
+    static __m512i bytes(const uint8_t* from) {
+        return _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
     }
 };
 

@@ -22,6 +22,8 @@ struct PortableLanes {
     struct Doubles {
         double at[kWidth];
     };
+    using Mask = uint32_t;
+    static Mask mask(uint32_t bits) { return bits; }
 
     template <class F> static Floats each(const F& of) {
         Floats r;
@@ -53,6 +55,16 @@ struct PortableLanes {
     }
     static Floats load(const float* from) {
         return each([&](uint32_t i) { return from[i]; });
+    }
+    static Floats loadBytes(const uint8_t* from) {
+        return each([&](uint32_t i) { return float(from[i]); });
+    }
+    static uint32_t nonZero(const uint8_t* from) {
+        return bits([&](uint32_t i) { return from[i] != 0; });
+    }
+    static void storeFlags(uint8_t* to, uint32_t bits) {
+        for (uint32_t i = 0; i < kWidth; ++i)
+            to[i] = uint8_t(bits >> i & 1);
     }
     static void store(float* to, const Floats& v) {
         for (uint32_t i = 0; i < kWidth; ++i)
@@ -133,6 +145,11 @@ struct PortableLanes {
     }
     static Ints gatherInts(const uint32_t* base, const Ints& index) {
         return eachInt([&](uint32_t i) { return int32_t(base[index.at[i]]); });
+    }
+    /// Asks the caches for base[index] of every lane.
+    static void prefetch(const uint32_t* base, const Ints& index) {
+        for (const int32_t i : index.at)
+            __builtin_prefetch(base + i);
     }
     static Floats bitsToFloats(const Ints& v) {
         Floats r;

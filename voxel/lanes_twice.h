@@ -13,9 +13,14 @@ namespace {
 /// V with two of its vectors as one; 32 lanes at most.
 template <class V> struct Twice {
     static constexpr uint32_t kWidth = 2 * V::kWidth;
+    static constexpr uint32_t kHalf = (1u << V::kWidth) - 1;
     static_assert(kWidth <= 32, "lanes are bits of 32");
     struct Floats {
         typename V::Floats low, high;
+    };
+    struct Mask {
+        typename V::Mask low, high;
+        operator uint32_t() const { return (uint32_t(low) & kHalf) | uint32_t(high) << V::kWidth; }
     };
 
     static Floats splat(float v) { return {V::splat(v), V::splat(v)}; }
@@ -53,11 +58,14 @@ template <class V> struct Twice {
         return {V::greater(a.low, b.low), V::greater(a.high, b.high)};
     }
     static Floats absolute(const Floats& a) { return {V::absolute(a.low), V::absolute(a.high)}; }
-    static uint32_t less(const Floats& a, const Floats& b) {
-        return V::less(a.low, b.low) | V::less(a.high, b.high) << V::kWidth;
+    static Mask less(const Floats& a, const Floats& b) {
+        return {V::less(a.low, b.low), V::less(a.high, b.high)};
     }
-    static uint32_t lessOrEqual(const Floats& a, const Floats& b) {
-        return V::lessOrEqual(a.low, b.low) | V::lessOrEqual(a.high, b.high) << V::kWidth;
+    static Mask lessOrEqual(const Floats& a, const Floats& b) {
+        return {V::lessOrEqual(a.low, b.low), V::lessOrEqual(a.high, b.high)};
+    }
+    static Floats select(Mask which, const Floats& a, const Floats& b) {
+        return {V::select(which.low, a.low, b.low), V::select(which.high, a.high, b.high)};
     }
     static Floats select(uint32_t which, const Floats& a, const Floats& b) {
         return {V::select(which & kHalf, a.low, b.low),
@@ -71,9 +79,6 @@ template <class V> struct Twice {
         const Floats s = select(which, v, splat(-kLargestScale));
         return V::greatest(kHalf, V::greater(s.low, s.high));
     }
-
-private:
-    static constexpr uint32_t kHalf = (1u << V::kWidth) - 1;
 };
 
 } // namespace

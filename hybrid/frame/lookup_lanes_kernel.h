@@ -10,10 +10,9 @@
 namespace shadowdag::stream {
 namespace {
 
-/// Applies moveToFirstTap. @param first the texel that holds the receiver @param f the position in
-/// it
-template <class V>
-void moveToFirst(uint32_t side, typename V::Floats& first, typename V::Floats& f) {
+/// Applies moveToFirstTap. @tparam side of the filter @param first the texel that holds the
+/// receiver @param f the position in it
+template <class V, int side> void moveToFirst(typename V::Floats& first, typename V::Floats& f) {
     if (side == 3) {
         first = V::sub(first, V::splat(1.0f));
     } else if (side == 2) {
@@ -24,15 +23,16 @@ void moveToFirst(uint32_t side, typename V::Floats& first, typename V::Floats& f
 }
 
 /// The receivers of one vector, as CubeReceiver has them; planes in the frame of the face.
-template <class V> struct CubeLanes {
+template <class V, int side> struct CubeLanes {
     using F = typename V::Floats;
     using I = typename V::Ints;
+    using M = typename V::Mask;
 
-    uint32_t on; ///< lanes that are answered here
+    M on; ///< lanes that are answered here
     I face;
     F x0, y0, fx, fy; ///< the filter's first texel, and the position in it
     F own[3], across[3], low;
-    uint32_t hasLow;
+    M hasLow;
 
     /// Returns texel k of the filter along axis a.
     F texel(const LookupWork&, int a, int k) const {
@@ -44,7 +44,7 @@ template <class V> struct CubeLanes {
         return V::mul(V::add(V::add(texel, texel), centre), V::splat(work.rTexels));
     }
     /// Returns cubeTapLimit at a place; isLow: lanes.
-    F limit(const F& u, const F& v, uint32_t& isLow) const {
+    F limit(const F& u, const F& v, M& isLow) const {
         const F ownHere = V::add(V::add(V::mul(own[0], u), V::mul(own[1], v)), own[2]);
         const F acrossHere = V::add(V::add(V::mul(across[0], u), V::mul(across[1], v)), across[2]);
         isLow = hasLow & V::less(acrossHere, V::mul(ownHere, low));
@@ -59,7 +59,7 @@ template <class V> struct CubeLanes {
     }
     /// Returns a vector in the order of the face's axes; isX, isY: lanes whose face looks along x
     /// or y.
-    static void turn(uint32_t isX, uint32_t isY, const F (&p)[3], F (&q)[3]) {
+    static void turn(M isX, M isY, const F (&p)[3], F (&q)[3]) {
         q[0] = V::select(isX, p[1], V::select(isY, p[2], p[0]));
         q[1] = V::select(isX, p[2], V::select(isY, p[0], p[1]));
         q[2] = V::select(isX, p[0], V::select(isY, p[1], p[2]));
@@ -70,10 +70,10 @@ template <class V> struct CubeLanes {
         s = V::lesser(V::greater(s, V::splat(0.0f)), end);
         first = V::lesser(V::toFloats(V::toInts(s)), V::sub(end, V::splat(1.0f)));
         f = V::sub(s, first);
-        moveToFirst<V>(work.side, first, f);
+        moveToFirst<V, side>(first, f);
     }
 
-    CubeLanes(const LookupWork& work, uint32_t start, uint32_t asked) {
+    CubeLanes(const LookupWork& work, uint32_t start, M asked) {
         const F zero = V::splat(0.0f), one = V::splat(1.0f), half = V::splat(0.5f);
         F p[3], n[3], d[3], q[3], m[3];
         for (int a = 0; a < 3; ++a) {
@@ -85,11 +85,11 @@ template <class V> struct CubeLanes {
         constexpr float kMostSquared = 1e30f; // beyond it, and for NaN, the one text decides
         on = asked & V::less(zero, dd) & V::less(dd, V::splat(kMostSquared));
         const F ax = V::absolute(d[0]), ay = V::absolute(d[1]), az = V::absolute(d[2]);
-        const uint32_t isX = V::lessOrEqual(ay, ax) & V::lessOrEqual(az, ax);
-        const uint32_t isY = ~isX & V::lessOrEqual(az, ay);
+        const M isX = V::lessOrEqual(ay, ax) & V::lessOrEqual(az, ax);
+        const M isY = ~isX & V::lessOrEqual(az, ay);
         turn(isX, isY, d, q);
         turn(isX, isY, n, m);
-        const uint32_t isBack = V::less(q[2], zero);
+        const M isBack = V::less(q[2], zero);
         face =
             V::selectInts(isX, V::splatInt(0), V::selectInts(isY, V::splatInt(2), V::splatInt(4)));
         face = V::addInts(face, V::selectInts(isBack, V::splatInt(1), V::splatInt(0)));
@@ -103,7 +103,7 @@ template <class V> struct CubeLanes {
         const F rounding = V::add(V::mul(V::splat(work.placeRounding), largest(p)),
                                   V::mul(V::splat(work.wayRounding), largest(d)));
         const F height = V::sub(V::splat(-0.0f), dot(n, d));
-        const uint32_t faces = V::less(zero, height);
+        const M faces = V::less(zero, height);
         const F exact = V::greater(V::sub(height, rounding), V::mul(half, height));
         F lifted = exact;
         if (work.twoLod > 0.0f) {
@@ -125,19 +125,20 @@ template <class V> struct CubeLanes {
             low = V::select(V::less(lifted, exact), V::mul(low, V::div(lifted, exact)), low);
         hasLow = V::less(zero, low);
 
-        const F last = V::splat(float(work.faceTexels) - float(work.side));
-        on &= V::lessOrEqual(zero, x0) & V::lessOrEqual(zero, y0) & V::lessOrEqual(x0, last) &
-              V::lessOrEqual(y0, last);
+        const F last = V::splat(float(work.faceTexels) - float(side));
+        on = on & V::lessOrEqual(zero, x0) & V::lessOrEqual(zero, y0) & V::lessOrEqual(x0, last) &
+             V::lessOrEqual(y0, last);
     }
 };
 
 /// The receivers of one vector, as DirectionalReceiver has them.
-template <class V> struct WindowLanes {
+template <class V, int side> struct WindowLanes {
     using F = typename V::Floats;
     using I = typename V::Ints;
+    using M = typename V::Mask;
     using D = typename V::Doubles;
 
-    uint32_t on; ///< lanes that are answered here
+    M on; ///< lanes that are answered here
     I face;
     F x0, y0, fx, fy; ///< the filter's first texel, which may lie outside, and the position in it
     D at[2];          ///< position in texels
@@ -153,7 +154,7 @@ template <class V> struct WindowLanes {
         return V::toFloats(V::sub(V::add(V::toDoubles(texel), V::splatDouble(0.5)), at[a]));
     }
     /// Returns windowTapLimit at a place; isLow: lanes.
-    F limit(const F& toX, const F& toY, uint32_t& isLow) const {
+    F limit(const F& toX, const F& toY, M& isLow) const {
         const F ownHere = V::add(V::mul(slopeX, toX), V::mul(slopeY, toY));
         isLow = V::less(low, ownHere);
         return V::add(depth, V::add(V::greater(V::add(ownHere, own), across), forgiven));
@@ -166,7 +167,7 @@ template <class V> struct WindowLanes {
     }
     /// Returns the lanes whose number is finite and not so large that what is derived from it
     /// could be infinite.
-    static uint32_t isModest(const D& a) {
+    static M isModest(const D& a) {
         const D most = V::splatDouble(1e15);
         return V::lessOrEqual(a, most) & V::lessOrEqual(V::sub(V::splatDouble(0.0), most), a);
     }
@@ -177,10 +178,10 @@ template <class V> struct WindowLanes {
         const D texel = V::lesser(V::truncate(inside), V::sub(end, V::splatDouble(1.0)));
         first = V::toFloats(texel);
         f = V::toFloats(V::sub(inside, texel));
-        moveToFirst<V>(work.side, first, f);
+        moveToFirst<V, side>(first, f);
     }
 
-    WindowLanes(const LookupWork& work, uint32_t start, uint32_t asked) {
+    WindowLanes(const LookupWork& work, uint32_t start, M asked) {
         const WindowLookup& window = *work.window;
         F p[3];
         D n[3], q[3];
@@ -193,7 +194,7 @@ template <class V> struct WindowLanes {
         on = asked;
         for (int row = 0; row < 3; ++row) {
             at3[row] = V::sub(dot(q, window.row[row]), V::splatDouble(window.offset[row]));
-            on &= isModest(at3[row]);
+            on = on & isModest(at3[row]);
         }
         const D half = V::splatDouble(window.halfSide), one = V::splatDouble(1.0);
         face = V::splatInt(int32_t(window.face));
@@ -214,8 +215,8 @@ template <class V> struct WindowLanes {
         const F depthRounding = V::splat(window.depthRounding);
         across = V::add(V::toFloats(rounding), depthRounding);
         const D facing = V::div(dot(n, window.row[2]), perWorld);
-        on &= isModest(facing);
-        const uint32_t faces = ~V::lessOrEqual(facing, V::splatDouble(0.0));
+        on = on & isModest(facing);
+        const M faces = ~V::lessOrEqual(facing, V::splatDouble(0.0));
         const D steep = V::div(V::splatDouble(window.steepest),
                                V::mul(facing, V::splatDouble(window.perWindow)));
         const F zero = V::splat(0.0f);
@@ -233,33 +234,45 @@ template <class V> struct WindowLanes {
 };
 
 /// The pages that the filters of one vector touch: at most two along each axis.
-template <class V> struct PageLanes {
+template <class V, int side> struct PageLanes {
     using I = typename V::Ints;
+    using M = typename V::Mask;
 
-    I first[2], last[2];      ///< page along x, y that holds the filter's first and last texel
-    I start[2][2];            ///< first texel of page [y][x]; of a page without memory 0
-    uint32_t isMissing[2][2]; ///< lanes
-    bool isOne;               ///< each filter lies in one page
+    I first[2], last[2]; ///< page along x, y that holds the filter's first and last texel
+    I start[2][2];       ///< first texel of page [y][x]; of a page without memory 0
+    M isMissing[2][2];
+    bool isOne;        ///< each filter lies in one page
+    bool isAnyMissing; ///< where a filter is answered
+    int log2;          ///< of the texels across a page
 
     /// @param texel along x, y of the filter's taps
     template <class Receivers>
-    PageLanes(const LookupWork& work, const Receivers& r, const I (&texel)[2][3]) {
-        const int log2 = int(work.pageTexelsLog2);
+    PageLanes(const LookupWork& work, const Receivers& r, const I (&texel)[2][side]) {
+        log2 = int(work.pageTexelsLog2);
         for (int a = 0; a < 2; ++a) {
             first[a] = V::shiftRight(texel[a][0], log2);
-            last[a] = V::shiftRight(texel[a][work.side - 1], log2);
+            last[a] = V::shiftRight(texel[a][side - 1], log2);
         }
-        isOne = (r.on & ~(V::equalInts(first[0], last[0]) & V::equalInts(first[1], last[1]))) == 0;
-        for (int j = 0; j < (isOne ? 1 : 2); ++j)
-            for (int i = 0; i < (isOne ? 1 : 2); ++i)
+        const M isIn = V::equalInts(first[0], last[0]) & V::equalInts(first[1], last[1]);
+        isOne = uint32_t(r.on & ~isIn) == 0;
+        isAnyMissing = false;
+        for (int j = 0; j < 2; ++j)
+            for (int i = 0; i < 2; ++i) {
+                if (isOne && i + j != 0) {
+                    start[j][i] = start[0][0];
+                    isMissing[j][i] = isMissing[0][0];
+                    continue;
+                }
                 find(work, r, i == 0 ? first[0] : last[0], j == 0 ? first[1] : last[1], start[j][i],
                      isMissing[j][i]);
+                isAnyMissing |= uint32_t(r.on & isMissing[j][i]) != 0;
+            }
     }
 
     /// Finds the memory of page (x, y).
     template <class Receivers>
     static void find(const LookupWork& work, const Receivers& r, const I& x, const I& y, I& start,
-                     uint32_t& isMissing) {
+                     M& isMissing) {
         const I pages = V::splatInt(int32_t(work.facePages));
         I entry = V::mulInts(V::addInts(V::mulInts(r.face, pages), y), pages);
         entry = V::selectInts(r.on, V::addInts(entry, x), V::splatInt(0));
@@ -270,20 +283,85 @@ template <class V> struct PageLanes {
     }
 };
 
-/// @tparam Receivers CubeLanes or WindowLanes
-template <class V, class Receivers>
-void lookUpVector(LookupWork& work, uint32_t start, uint32_t asked) {
+/// The filters of one vector, up to the addresses of their texels, which the constructor asks the
+/// caches for. A lookup waits for memory longer than it computes, so kAhead vectors are set up
+/// before the first of them is compared.
+/// @tparam Receivers CubeLanes or WindowLanes @tparam side of the filter
+template <class V, class Receivers, int side> struct FilterLanes {
     using F = typename V::Floats;
     using I = typename V::Ints;
-    const Receivers r(work, start, asked);
-    const F zero = V::splat(0.0f), one = V::splat(1.0f);
-    uint32_t done = 0;
-    alignas(64) float values[V::kWidth];
-    if (r.on != 0) {
+    using M = typename V::Mask;
+
+    uint32_t start, asked;
+    Receivers r;
+    I texels[2][side]; ///< of the taps along x, y
+    F places[2][side], weights[2][side];
+    PageLanes<V, side> pages;
+
+    FilterLanes(const LookupWork& work, uint32_t first, uint32_t which)
+        : start(first), asked(which), r(work, first, V::mask(which)),
+          pages(work, r, findTaps(work)) {
+        for (int j = 0; j < side; ++j) {
+            V::prefetch(work.depths, address(work, 0, j));
+            if (side > 1 && (!pages.isOne || work.pageTexelsLog2 > 4)) // a line holds 16 texels
+                V::prefetch(work.depths, address(work, side - 1, j));
+        }
+    }
+
+    /// Returns where the texels of tap (i, j) are.
+    I address(const LookupWork& work, int i, int j) const {
         const int log2 = int(work.pageTexelsLog2);
-        const int side = int(work.side);
-        I texels[2][3];
-        F places[2][3], weights[2][3];
+        const I inPage = V::splatInt((1 << log2) - 1);
+        const I page = ofPage(pages.start, i, j, [](M which, const I& a, const I& b) {
+            return V::selectInts(which, a, b);
+        });
+        const I inRow = V::shiftLeft(V::andInts(texels[1][j], inPage), log2);
+        const I texel = V::addInts(page, V::addInts(inRow, V::andInts(texels[0][i], inPage)));
+        return V::selectInts(r.on, texel, V::splatInt(0));
+    }
+
+    /// Sets what is seen of the lanes that are answered, and lists the other ones as left.
+    void compare(LookupWork& work) const {
+        const F zero = V::splat(0.0f);
+        F lit = zero, leftOut = zero;
+        M exists[side][side];
+        for (int j = 0; j < side; ++j)
+            for (int i = 0; i < side; ++i) {
+                const F weight = V::mul(weights[0][i], weights[1][j]);
+                M isLow;
+                const F limit = r.limit(places[0][i], places[1][j], isLow);
+                const F stored = V::bitsToFloats(V::gatherInts(work.depths, address(work, i, j)));
+                const M isDark = V::less(limit, stored);
+                exists[j][i] = ~ofPage(pages.isMissing, i, j, [](M which, const M& a, const M& b) {
+                    return (which & a) | (~which & b);
+                });
+                leftOut = V::select(isLow & exists[j][i], V::add(leftOut, weight), leftOut);
+                lit = V::select(~(isLow | isDark) & exists[j][i], V::add(lit, weight), lit);
+            }
+        const uint32_t done =
+            r.on & (V::lessOrEqual(leftOut, zero) | V::less(leftOut, V::splat(work.largestOut)));
+        const F counted = V::sub(V::splat(work.total), leftOut);
+        alignas(64) float values[V::kWidth];
+        V::store(values, V::add(V::mul(lit, V::div(V::splat(255.0f), counted)), V::splat(0.5f)));
+        if (pages.isAnyMissing)
+            for (const auto& row : exists)
+                for (const M& here : row)
+                    work.missingCount += uint32_t(__builtin_popcount(done & ~uint32_t(here)));
+        for (uint32_t lanes = done; lanes != 0; lanes &= lanes - 1) {
+            const uint32_t i = uint32_t(__builtin_ctz(lanes));
+            work.seen[start + i] = uint8_t(uint32_t(values[i]));
+        }
+        for (uint32_t lanes = asked & ~done; lanes != 0; lanes &= lanes - 1)
+            work.left[work.leftCount++] = start + uint32_t(__builtin_ctz(lanes));
+    }
+
+    /// Constructs in the memory at `room`; <new> would bring an inline function of another header.
+    static void* operator new(decltype(sizeof 0), void* room) { return room; }
+
+private:
+    /// Finds texels, places and weights, and returns texels, which PageLanes needs.
+    const I (&findTaps(const LookupWork& work))[2][side] {
+        const F one = V::splat(1.0f);
         for (int a = 0; a < 2; ++a) {
             const F f = a == 0 ? r.fx : r.fy;
             for (int k = 0; k < side; ++k) {
@@ -293,75 +371,67 @@ void lookUpVector(LookupWork& work, uint32_t start, uint32_t asked) {
                 weights[a][k] = side == 1 || k + k + 1 == side ? one : k == 0 ? V::sub(one, f) : f;
             }
         }
-        const PageLanes<V> pages(work, r, texels);
-        const I inPage = V::splatInt((1 << log2) - 1);
-        F lit = zero, leftOut = zero;
-        uint32_t missing[9];
-        for (int j = 0; j < side; ++j) {
-            const I rowTexel = texels[1][j];
-            const I inRow = V::shiftLeft(V::andInts(rowTexel, inPage), log2);
-            const uint32_t isFirstRow =
-                pages.isOne ? ~0u : V::equalInts(V::shiftRight(rowTexel, log2), pages.first[1]);
-            for (int i = 0; i < side; ++i) {
-                const F weight = V::mul(weights[0][i], weights[1][j]);
-                uint32_t isLow;
-                const F limit = r.limit(places[0][i], places[1][j], isLow);
-
-                const I columnTexel = texels[0][i];
-                I page = pages.start[0][0];
-                uint32_t isMissing = pages.isMissing[0][0];
-                if (!pages.isOne) {
-                    const uint32_t isFirst =
-                        V::equalInts(V::shiftRight(columnTexel, log2), pages.first[0]);
-                    page =
-                        V::selectInts(isFirstRow, V::selectInts(isFirst, page, pages.start[0][1]),
-                                      V::selectInts(isFirst, pages.start[1][0], pages.start[1][1]));
-                    isMissing = (isFirstRow &
-                                 ((isFirst & isMissing) | (~isFirst & pages.isMissing[0][1]))) |
-                                (~isFirstRow & ((isFirst & pages.isMissing[1][0]) |
-                                                (~isFirst & pages.isMissing[1][1])));
-                }
-                I texel = V::addInts(page, V::addInts(inRow, V::andInts(columnTexel, inPage)));
-                texel = V::selectInts(r.on, texel, V::splatInt(0));
-                const F stored = V::bitsToFloats(V::gatherInts(work.depths, texel));
-                const uint32_t isDark = V::less(limit, stored);
-                leftOut = V::select(isLow & ~isMissing, V::add(leftOut, weight), leftOut);
-                lit = V::select(~isLow & ~isMissing & ~isDark, V::add(lit, weight), lit);
-                missing[3 * j + i] = isMissing;
-            }
-        }
-        const F total = V::splat(work.total);
-        done = r.on & (V::lessOrEqual(leftOut, zero) | V::less(leftOut, V::splat(work.largestOut)));
-        const F counted = V::sub(total, leftOut);
-        V::store(values, V::add(V::mul(lit, V::div(V::splat(255.0f), counted)), V::splat(0.5f)));
-        for (int j = 0; j < side; ++j)
-            for (int i = 0; i < side; ++i)
-                work.missingCount += uint32_t(__builtin_popcount(missing[3 * j + i] & done));
+        return texels;
     }
-    for (uint32_t lanes = done; lanes != 0; lanes &= lanes - 1) {
-        const uint32_t i = uint32_t(__builtin_ctz(lanes));
-        work.seen[start + i] = uint8_t(uint32_t(values[i]));
-    }
-    for (uint32_t lanes = asked & ~done; lanes != 0; lanes &= lanes - 1)
-        work.left[work.leftCount++] = start + uint32_t(__builtin_ctz(lanes));
-}
 
-template <class V, class Receivers> void lookUpAll(LookupWork& work) {
+    /// Returns what is of the page of tap (i, j), given it of each page.
+    template <class T, class Select>
+    T ofPage(const T (&of)[2][2], int i, int j, const Select& select) const {
+        const auto inRow = [&](int row) {
+            return i == 0          ? of[row][0]
+                   : i == side - 1 ? of[row][1]
+                                   : select(isOfFirst(0, i), of[row][0], of[row][1]);
+        };
+        return j == 0          ? inRow(0)
+               : j == side - 1 ? inRow(1)
+                               : select(isOfFirst(1, j), inRow(0), inRow(1));
+    }
+    M isOfFirst(int a, int k) const {
+        return V::equalInts(V::shiftRight(texels[a][k], pages.log2), pages.first[a]);
+    }
+};
+
+/// Vectors whose texels are on their way from memory.
+constexpr uint32_t kAhead = 4;
+
+template <class V, class Receivers, int side> void lookUpAll(LookupWork& work) {
+    using Filter = FilterLanes<V, Receivers, side>;
+    alignas(Filter) unsigned char room[kAhead][sizeof(Filter)];
+    Filter* filters[kAhead];
+    uint32_t begun = 0, compared = 0;
     for (uint32_t start = 0; start < work.count; start += V::kWidth) {
         const uint32_t left = work.count - start;
         uint32_t asked = 0;
-        for (uint32_t i = 0; i < (left < V::kWidth ? left : V::kWidth); ++i)
-            asked |= uint32_t(work.isAsked[start + i] != 0) << i;
-        if (asked != 0)
-            lookUpVector<V, Receivers>(work, start, asked);
+        if (left >= V::kWidth)
+            asked = V::nonZero(work.isAsked + start);
+        else
+            for (uint32_t i = 0; i < left; ++i)
+                asked |= uint32_t(work.isAsked[start + i] != 0) << i;
+        if (asked == 0)
+            continue;
+        if (begun - compared == kAhead)
+            filters[compared++ % kAhead]->compare(work);
+        filters[begun % kAhead] = new (room[begun % kAhead]) Filter(work, start, asked);
+        ++begun;
     }
+    while (compared != begun)
+        filters[compared++ % kAhead]->compare(work);
+}
+
+template <class V, int side> void lookUpOfSide(LookupWork& work) {
+    if (work.window != nullptr)
+        lookUpAll<V, WindowLanes<V, side>, side>(work);
+    else
+        lookUpAll<V, CubeLanes<V, side>, side>(work);
 }
 
 template <class V> void lookUp(LookupWork& work) {
-    if (work.window != nullptr)
-        lookUpAll<V, WindowLanes<V>>(work);
+    if (work.side == 1)
+        lookUpOfSide<V, 1>(work);
+    else if (work.side == 2)
+        lookUpOfSide<V, 2>(work);
     else
-        lookUpAll<V, CubeLanes<V>>(work);
+        lookUpOfSide<V, 3>(work);
 }
 
 } // namespace

@@ -79,8 +79,7 @@ template <class V> uint32_t markSamples(const SampleWork& work) {
         const uint32_t in = (1u << (left < V::kWidth ? left : V::kWidth)) - 1;
         const uint32_t asked =
             in & light.reached(work) & V::less(V::splat(0.0f), light.dotNormal(work, first));
-        for (uint32_t i = 0; i < V::kWidth; ++i)
-            work.isAsked[first + i] = uint8_t(asked >> i & 1);
+        V::storeFlags(work.isAsked + first, asked);
         total += uint32_t(__builtin_popcount(asked));
     }
     return total;
@@ -89,17 +88,12 @@ template <class V> uint32_t markSamples(const SampleWork& work) {
 template <class V> void addLight(const SampleWork& work) {
     using F = typename V::Floats;
     for (uint32_t first = 0; first < work.count; first += V::kWidth) {
-        uint32_t lit = 0;
-        alignas(64) float visibility[V::kWidth];
-        for (uint32_t i = 0; i < V::kWidth; ++i) {
-            visibility[i] = float(work.seen[first + i]);
-            lit |= uint32_t(work.isAsked[first + i] != 0 && work.seen[first + i] != 0) << i;
-        }
+        const uint32_t lit = V::nonZero(work.isAsked + first) & V::nonZero(work.seen + first);
         if (lit == 0)
             continue;
         const LightLanes<V> light(work, first);
         const F cosine = V::div(light.dotNormal(work, first), V::root(light.squared));
-        const F seen = V::mul(V::load(visibility), V::splat(kByteToShare));
+        const F seen = V::mul(V::loadBytes(work.seen + first), V::splat(kByteToShare));
         const F scale = V::mul(V::mul(cosine, seen), V::splat(work.inversePi));
         const F irradiance = work.isDirectional ? V::splat(1.0f) : light.irradiance(work);
         for (int a = 0; a < 3; ++a) {
