@@ -42,12 +42,23 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
 }
 
 /// Draws a batch into one face of a map; no other thread writes the face's pages.
-void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map, uint32_t face,
-               [[maybe_unused]] PageFloors& floors) {
+/// @param next the batch that may be drawn after this one, or this one
+void drawBatch(const RasterView& view, const Batch& batch, [[maybe_unused]] const Batch& next,
+               const ShadowMapInfo& map, uint32_t face, [[maybe_unused]] PageFloors& floors) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];
 #if defined(SDAG_RASTERIZE_AVX2)
+    const uint32_t* const nextTriangles = &view.batchTriangles[next.first];
+    const auto fourOf = [](const Batch& of, uint32_t first) {
+        return of.count > first ? std::min(of.count - first, 4u) : 0u;
+    };
+    constexpr uint32_t kAhead = 8;
+    for (uint32_t first = 0; first < kAhead; first += 4)
+        avx2::requestVertices(view.geometry, triangles + first, fourOf(batch, first));
     for (uint32_t first = 0; first < batch.count; first += 4) {
-        const uint32_t count = std::min(batch.count - first, 4u);
+        avx2::requestTriangles(view.geometry, nextTriangles + first, fourOf(next, first));
+        avx2::requestVertices(view.geometry, triangles + first + kAhead,
+                              fourOf(batch, first + kAhead));
+        const uint32_t count = fourOf(batch, first);
         uint32_t four[4];
         for (uint32_t lane = 0; lane < 4; ++lane)
             four[lane] = triangles[first + std::min(lane, count - 1)];
@@ -125,9 +136,11 @@ void drawFace(const RasterView& view, View<const BatchDraw> draws, const ShadowM
     std::stable_sort(ordered.begin(), ordered.end(), [](const FaceDraw& a, const FaceDraw& b) {
         return a.rect.depthMin < b.rect.depthMin;
     });
-    for (const FaceDraw& draw : ordered)
-        if (!isHidden(view, map, face, draw.rect, floors))
-            drawBatch(view, view.batches[draw.batch], map, face, floors);
+    for (size_t i = 0; i < ordered.size(); ++i)
+        if (!isHidden(view, map, face, ordered[i].rect, floors))
+            drawBatch(view, view.batches[ordered[i].batch],
+                      view.batches[ordered[std::min(i + 1, ordered.size() - 1)].batch], map, face,
+                      floors);
 }
 
 } // namespace
