@@ -234,8 +234,9 @@ struct ListOpenPage;
 /// Writes word i of the page table for the rasterizer: without the pages that are complete.
 struct ListOpenPages {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> openRows; ///< of ListOpenCells
-    View<const uint32_t> marked;   ///< bits: pages under moved batches; empty: none
+    View<const uint32_t> openRows;  ///< of ListOpenCells
+    View<const uint32_t> marked;    ///< bits: pages under moved batches; empty: none
+    View<const uint32_t> openFaces; ///< of PrepareBlock, where nothing moved; else empty
     View<const uint32_t> pageTable;
     View<uint32_t> openTable;
     uint32_t pageTexelsLog2;
@@ -244,6 +245,11 @@ struct ListOpenPages {
     size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = mapOfWord(maps, i);
+        if (isClosed(mapIndex)) {
+            for (uint32_t bit = 0; bit < 32; ++bit)
+                openTable[i * 32 + bit] = kNoPage;
+            return;
+        }
         for (uint32_t bit = 0; bit < 32; ++bit)
             list(mapIndex, i * 32 + bit);
     }
@@ -251,13 +257,17 @@ struct ListOpenPages {
     ListOpenPage shortItems() const;
     SDAG_HD void list(uint32_t mapIndex, size_t entry) const {
         const uint32_t page = pageTable[entry];
-        const bool isOpen =
-            page != kNoPage && ((!marked.empty() && (marked[entry / 32] >> entry % 32 & 1u)) ||
-                                hasOpenCell(mapIndex, uint32_t(entry)));
+        const bool isOpen = page != kNoPage && !isClosed(mapIndex) &&
+                            ((!marked.empty() && (marked[entry / 32] >> entry % 32 & 1u)) ||
+                             hasOpenCell(mapIndex, uint32_t(entry)));
         openTable[entry] = isOpen ? page : kNoPage;
     }
 
 private:
+    /// Returns whether it is certain that no page of a map is open.
+    SDAG_HD bool isClosed(uint32_t mapIndex) const {
+        return !openFaces.empty() && openFaces[mapIndex] == 0 && marked.empty();
+    }
     SDAG_HD bool hasOpenCell(uint32_t mapIndex, uint32_t entry) const {
         const PageOfMap page(maps[mapIndex], entry, pageTexelsLog2);
         const uint32_t columns = (~0u >> (31 - page.cells.u1)) & (~0u << page.cells.u0);

@@ -149,7 +149,8 @@ struct SortOutPages {
         const bool isNeeded = i < needed.count && (needed[i] >> bit & 1u),
                    isStale = !stale.empty() && (stale[i] >> bit & 1u);
         if (page == kNoPage || isStale || !(isNeeded || retains)) {
-            pageTable[entry] = kNoPage;
+            if (page != kNoPage) // most are none: writing them anyway would take bandwidth
+                pageTable[entry] = kNoPage;
             return {isNeeded, false, page != kNoPage};
         }
         if (isNeeded)

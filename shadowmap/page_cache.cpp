@@ -166,6 +166,9 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
         wordCount += words;
     }
     freshSlotsHost_.clear();
+    isTableSame_ = keeps && wordCount * 32 == pageTable_.size();
+    for (size_t i = 0; i < next.size() && isTableSame_; ++i)
+        isTableSame_ = startBefore[i] == next[i].info.pageTableStart;
     if (keeps) {
         for (const uint32_t i : fresh) {
             next[i].slot = takeSlot();
@@ -178,8 +181,10 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
         startBefore_.take(std::move(startBefore));
         kept_ = std::move(next);
     }
-    std::swap(pageTable_, tableBefore_);
-    pageTable_.resize(wordCount * 32);
+    if (!isTableSame_) {
+        std::swap(pageTable_, tableBefore_);
+        pageTable_.resize(wordCount * 32);
+    }
     marked_.resize(0);
 }
 
@@ -227,8 +232,9 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     growKeeping(drawnDepths_, slotCount * kFaceCount);
     freshSlots_.upload(freshSlotsHost_);
     runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
-    runPass(backend_, CarryPages{maps, startBefore_.view(), std::as_const(tableBefore_).view(),
-                                 pageTable_.view()});
+    if (!isTableSame_)
+        runPass(backend_, CarryPages{maps, startBefore_.view(), std::as_const(tableBefore_).view(),
+                                     pageTable_.view()});
     const size_t poolPages = pageStamps_.size();
     marked_.resize(movedBefore_.size() ? pageTable_.size() / 32 : 0);
     pageKeys_.resize(poolPages);
@@ -397,8 +403,11 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
     openTable_.resize(requestCount_ > 0 ? entries : 0);
     openRows_.resize(masks.cells.count / kProjectionMapSize);
     runPass(backend_, ListOpenCells{masks.cells, drawn(), openRows_.view()});
+    // What moved may have opened cells after their faces were found closed.
+    const View<const uint32_t> openFaces = std::as_const(openFaces_).view();
     runPass(backend_,
             ListOpenPages{maps, std::as_const(openRows_).view(), std::as_const(marked_).view(),
+                          movedNow_.size() ? View<const uint32_t>{} : openFaces,
                           std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), slots_.view(), std::as_const(openBlocks_).view(),
             std::as_const(openFaces_).view(), movedBits_.view()};

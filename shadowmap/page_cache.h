@@ -103,6 +103,8 @@ private:
     Resident<uint32_t> startBefore_, slots_;
     Buffer<uint32_t> freshSlots_;
     // Entries: 32 a word; pool page or kNoPage.
+    // isTableSame_: every entry stays where it was, so pageTable_ is that of the build before.
+    bool isTableSame_ = false;
     Buffer<uint32_t> pageTable_, tableBefore_, openTable_;
     // Bits in the page table's order: pages under moved batches, first at the old place, then at
     // the new one.
