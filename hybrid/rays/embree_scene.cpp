@@ -12,7 +12,6 @@
 namespace shadowdag {
 namespace {
 
-constexpr uint32_t kWidth = 16;
 /// Embree ignores triangles beyond.
 constexpr float kLargestCoordinate = 1e18f;
 
@@ -28,6 +27,48 @@ void refuseHoles(const RTCFilterFunctionNArguments* args) {
         const double v = RTCHitN_v(args->hit, args->N, lane);
         if (masks.isCut(triangle) && !masks.isOpaque(triangle, 1.0 - u - v, u, v))
             args->valid[lane] = 0;
+    }
+}
+
+/// Traces as EmbreeScene::trace, kWidth rays at a time. @param occluded of embree_version.h
+template <class Packet, uint32_t kWidth>
+void tracePackets(RTCScene scene, void (*occluded)(const int*, RTCScene, EmbreeQuery&, Packet*),
+                  const Light& light, View<const glm::vec3> positionsWorld,
+                  View<const glm::vec3> normalsWorld, View<const uint32_t> which,
+                  View<uint8_t> blocked) {
+    EmbreeQuery query(/*isCoherent=*/true);
+    const bool isDirectional = light.kind == Light::kSun;
+    alignas(64) Packet packet;
+    alignas(64) int valid[kWidth];
+    for (uint32_t k = 0; k < kWidth; ++k) {
+        packet.tnear[k] = packet.time[k] = 0.0f;
+        packet.mask[k] = ~0u;
+        packet.id[k] = k;
+        packet.flags[k] = 0;
+    }
+    for (size_t first = 0; first < which.count; first += kWidth) {
+        const auto count = uint32_t(std::min<size_t>(kWidth, which.count - first));
+        for (uint32_t k = 0; k < kWidth; ++k) {
+            const uint32_t sample = which[first + std::min(k, count - 1)];
+            const glm::vec3& position = positionsWorld[sample];
+            const glm::vec3 toLight = pointAtLight(light, position) - position;
+            // Rays from a light end with the rounding of their whole length.
+            const glm::vec3 start = liftedSample(position, normalsWorld[sample],
+                                                 isDirectional ? glm::vec3(0.0f) : toLight);
+            const glm::vec3 from = isDirectional ? start : light.positionWorld;
+            const glm::vec3 way = isDirectional ? toLight : start - from;
+            valid[k] = k < count ? -1 : 0;
+            packet.org_x[k] = from.x;
+            packet.org_y[k] = from.y;
+            packet.org_z[k] = from.z;
+            packet.dir_x[k] = way.x;
+            packet.dir_y[k] = way.y;
+            packet.dir_z[k] = way.z;
+            packet.tfar[k] = 1.0f;
+        }
+        occluded(valid, scene, query, &packet);
+        for (uint32_t k = 0; k < count; ++k)
+            blocked[first + k] = packet.tfar[k] < 0.0f;
     }
 }
 
@@ -65,6 +106,7 @@ EmbreeScene::EmbreeScene(const TriangleView& triangles, View<const uint32_t> whi
 
     const EmbreeFloatMode mode;
     s.device = newEmbreeDevice();
+    s.hasNative16 = rtcGetDeviceProperty(s.device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
     rtcSetDeviceErrorFunction(s.device, onEmbreeError, &s.lastError);
     rtcSetDeviceMemoryMonitorFunction(s.device, countBytes, &s.embreeBytes);
     s.scene = rtcNewScene(s.device);
@@ -100,47 +142,22 @@ uint64_t EmbreeScene::bytes() const {
            s.triangles.size() * sizeof(glm::uvec3) + s.sourceOf.size() * sizeof(uint32_t);
 }
 
+uint32_t EmbreeScene::packetWidth() const {
+    return state_->hasNative16 ? 16 : 8;
+}
+
 void EmbreeScene::trace(const Light& light, View<const glm::vec3> positionsWorld,
                         View<const glm::vec3> normalsWorld, View<const uint32_t> which,
                         View<uint8_t> blocked) const {
     SDAG_ASSERT(blocked.count >= which.count);
     const EmbreeFloatMode mode;
-    EmbreeQuery query(/*isCoherent=*/true);
-    const bool isDirectional = light.kind == Light::kSun;
-    alignas(64) RTCRay16 packet;
-    alignas(64) int valid[kWidth];
-    for (uint32_t k = 0; k < kWidth; ++k) {
-        packet.tnear[k] = packet.time[k] = 0.0f;
-        packet.mask[k] = ~0u;
-        packet.id[k] = k;
-        packet.flags[k] = 0;
-    }
-    for (size_t first = 0; first < which.count; first += kWidth) {
-        const auto count = uint32_t(std::min<size_t>(kWidth, which.count - first));
-        for (uint32_t k = 0; k < kWidth; ++k) {
-            const uint32_t sample = which[first + std::min(k, count - 1)];
-            const glm::vec3& position = positionsWorld[sample];
-            const glm::vec3 toLight = pointAtLight(light, position) - position;
-            // Rays from a light end with the rounding of their whole length.
-            const glm::vec3 start = liftedSample(position, normalsWorld[sample],
-                                                 isDirectional ? glm::vec3(0.0f) : toLight);
-            const glm::vec3 from = isDirectional ? start : light.positionWorld;
-            const glm::vec3 way = isDirectional ? toLight : start - from;
-            valid[k] = k < count ? -1 : 0;
-            packet.org_x[k] = from.x;
-            packet.org_y[k] = from.y;
-            packet.org_z[k] = from.z;
-            packet.dir_x[k] = way.x;
-            packet.dir_y[k] = way.y;
-            packet.dir_z[k] = way.z;
-            packet.tfar[k] = 1.0f;
-        }
-        embreeOccluded16(valid, state_->scene, query, &packet);
-        for (uint32_t k = 0; k < count; ++k)
-            blocked[first + k] = packet.tfar[k] < 0.0f;
-    }
+    if (state_->hasNative16)
+        tracePackets<RTCRay16, 16>(state_->scene, embreeOccluded16, light, positionsWorld,
+                                   normalsWorld, which, blocked);
+    else
+        tracePackets<RTCRay8, 8>(state_->scene, embreeOccluded8, light, positionsWorld,
+                                 normalsWorld, which, blocked);
 }
-
 glm::vec3 liftedSample(const glm::vec3& positionWorld, const glm::vec3& normalWorld,
                        const glm::vec3& wayWorld) {
     constexpr float kShare = 1.0f / 262144.0f;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow rays by Embree as a renderer would use it: packets of 16 of one light, coherent, a
-// hierarchy of high quality, not robust. The peer of our rays in a frame (TriangleRays::kEmbree);
-// not the truth, which takes precautions against every rounding (hybrid/judge/truth.h).
+// Shadow rays by Embree as a renderer would use it: packets of one light, as wide as the
+// processor's vectors, coherent, a hierarchy of high quality, not robust. The peer of our rays in a
+// frame (TriangleRays::kEmbree); not the truth, which takes precautions against every rounding
+// (hybrid/judge/truth.h).
 #pragma once
 
 #include "scenes/light.h"
@@ -29,10 +30,14 @@ public:
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-    /// Sets blocked[i] to whether rtcOccluded16 finds a triangle between sample which[i], lifted
-    /// off its surface (liftedSample), and the light: 1 or 0. Rays go from a point light to the
-    /// samples, and from samples to a directional light. Thread-safe. Answers at edges depend on
-    /// which rays share a packet.
+    /// Returns how many rays a packet has: 16 where the processor has vectors of 16 floats that
+    /// Embree uses (AVX-512), 8 elsewhere, where packets of 16 are slower.
+    uint32_t packetWidth() const;
+
+    /// Sets blocked[i] to whether rtcOccluded16 or rtcOccluded8, by packetWidth(), finds a triangle
+    /// between sample which[i], lifted off its surface (liftedSample), and the light: 1 or 0. Rays
+    /// go from a point light to the samples, and from samples to a directional light. Thread-safe.
+    /// Answers at edges depend on which rays share a packet.
     /// @param positionsWorld,normalsWorld of the samples; normals unit, on the light's side
     /// @param blocked which.count
     void trace(const Light& light, View<const glm::vec3> positionsWorld,

@@ -30,6 +30,7 @@ struct EmbreeScene::State {
     AlphaMaskSet masks;
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
+    bool hasNative16 = false; ///< Embree traces packets of 16 rays with vectors of 16
 };
 
 } // namespace shadowdag
