@@ -259,6 +259,18 @@ def test_stamps_follow_the_drawing():
         equal(drawing("figures", "figures/times.py", "import", "import json\nimport") != stamp.drawing_of("figures"), True)
 
 
+def test_smallest_text_in_print():
+    inch = lambda cm: cm / 2.54
+    for width, size, points in ((8.5, 6.0, 6.0), (4.0, 6.0, 6.0), (9.0, 9.0, 8.5), (17.8, 6.0, 6.0), (35.6, 6.0, 3.0)):
+        figure, axes = collection.plt.subplots(figsize=(inch(width), 2))
+        axes.set_title("small", fontsize=size)
+        axes.set_xlabel("", fontsize=1)  # an empty text and one that is not shown do not count
+        axes.text(0.5, 0.5, "hidden", fontsize=1).set_visible(False)
+        axes.tick_params(labelsize=20)
+        equal(round(collection.smallest_text(figure), 6), points)
+        collection.plt.close(figure)
+
+
 def test_every_picture_of_docs_is_listed():
     equal(committed.unlisted(SOURCE / "docs"), [])
     with tempfile.TemporaryDirectory() as folder:

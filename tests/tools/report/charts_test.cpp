@@ -115,11 +115,13 @@ TEST(Charts, RunsHaveTheNameThatTheyAreShownBy) {
     std::string said;
     ASSERT_EQ(runReport({"main", directory / "r.json", "-o", directory / "main"}, &said), 0)
         << said;
-    for (const char* file : {"charts/speed_accuracy_builtin_made_up.svg", "main/main.svg"}) {
-        const std::string svg = readText(directory / file);
-        EXPECT_THAT(svg, testing::HasSubstr("<!-- hybrid, measured routes -->")) << file;
-        EXPECT_THAT(svg, testing::Not(testing::HasSubstr("<!-- hybrid, oracle -->"))) << file;
-    }
+    const std::string svg = readText(directory / "charts/speed_accuracy_builtin_made_up.svg");
+    EXPECT_THAT(svg, testing::HasSubstr("<!-- hybrid, measured routes -->"));
+    EXPECT_THAT(svg, testing::Not(testing::HasSubstr("<!-- hybrid, oracle -->")));
+    // The chart of many scenes has one name for the model, whether or not it is the fastest row.
+    const std::string panels = readText(directory / "main/main.svg");
+    EXPECT_THAT(panels, testing::HasSubstr("<!-- hybrid, oracle -->"));
+    EXPECT_THAT(panels, testing::Not(testing::HasSubstr("measured routes")));
     const Json charts = Json::parse(readText(directory / "charts/charts.json"));
     EXPECT_THAT(charts["charts"][0]["caption"].get<std::string>(),
                 testing::HasSubstr("Measured routes: the reason."));

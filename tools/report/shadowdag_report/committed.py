@@ -4,7 +4,8 @@
     committed SOURCE_DIR [--only NAME...] [--check]
 
 With --check every chart is drawn into a temporary directory and its stamp (stamp.py) compared with that of the committed
-file; nothing is written. A new chart is a row of CHARTS; a picture that no results are drawn into is one of OTHER_PICTURES.
+file; nothing is written. A chart whose smallest text is too small in print (collection.py) is refused. A new chart is a row of
+CHARTS; a picture that no results are drawn into is one of OTHER_PICTURES.
 """
 import contextlib
 import importlib
@@ -75,6 +76,7 @@ def draw(command, data, directory, charts):
     module.declare(parser)
     collection.STAMP = stamp_of(command, data)
     collection.ONLY = {name: kinds for name, (_, kinds) in charts.items()}
+    collection.SMALLEST = {}
     with contextlib.redirect_stdout(io.StringIO()):
         module.run(parser.parse_args(arguments_of(command, data, directory)))
 
@@ -112,6 +114,9 @@ def run(arguments):
         with expecting(data[0], "a committed result"), tempfile.TemporaryDirectory() as directory:
             draw(command, data, directory, kept)
             for name, (target, kinds) in kept.items():
+                points = collection.SMALLEST[name]
+                if points < collection.LEAST_POINTS:
+                    wrong.append(f"{target}: its smallest text has {points:.1f} points in print; {collection.LEAST_POINTS:g} at least")
                 for kind in kinds.split():
                     drawn = os.path.join(directory, f"{name}.{kind}")
                     committed = os.path.join(arguments.source, DOCS, f"{target}.{kind}")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the effect of the bias of a map's lookup, as SVG, PNG and JSON, from the output of filter_bench.
+Designed for both columns of a paper (17.8 cm).
 
     filter_bench > tests/bench/results/filters.json
     bias tests/bench/results/filters.json -o docs

@@ -4,20 +4,21 @@ results.json files of `shadowdag compare --experiment scenes/experiments/main.js
 
     main report-360/results.json report-1080/results.json -o DIR
 
-Writes DIR/main.svg and DIR/main.png. Errors are wrong pairs; a method without any is on the lower edge. Hollow markers are
+Writes DIR/main.svg and DIR/main.png, designed for both columns of a paper (17.8 cm). Errors are wrong pairs; a method without any is on the lower edge. Hollow markers are
 warm frames, whose maps or beams a frame of the same view left. Bars are intervals of the medians. Scenes that this program builds say so.
 """
 import math
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
-from ..series import believe_of, is_warm, keeps_beams, legend_of_names, model_of, threshold_of, tracers_of
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, error_axis, log_axis, plural, plt
+from ..series import believe_of, is_warm, keeps_beams, threshold_of, tracers_of
+from ..style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, error_axis, log_axis, plural, plt
 from ..texels import PAPER_TEXELS
 from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
 
 COLUMNS = 4
-NARROWEST = 0.675  # of the width of COLUMNS: the legend has five columns
+WIDTH = 6.75  # inches of COLUMNS panels: with the margins two columns of a paper, 17.8 cm
+NARROWEST = 0.675  # of that: the legend has five columns
 BUILT = {"builtin:atrium": "atrium (built, mirrored)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
 LOOKS = {  # name: (colour, marker, size)
     "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "exact rays by beams": (GREEN, "d", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
@@ -31,14 +32,13 @@ TRACER_LOOKS = ((GREY, "<", 4.0), (PURPLE, ">", 4.0), (SKY, "H", 4.2), (GREEN, "
 
 
 def looks_of(panels):
-    """Returns LOOKS and those of models shown by another name and of the tracers of others that the panels have."""
-    renamed = {name_of(r): (GREY, "*", 5.4) for _, _, runs in panels for r in runs if "shown_as" in r}
+    """Returns LOOKS and those of the tracers of others that the panels have."""
     tracers = dict.fromkeys(tracer_label(r) for _, _, runs in panels for r in tracers_of(runs))
-    return LOOKS | renamed | {name: TRACER_LOOKS[i % len(TRACER_LOOKS)] for i, name in enumerate(tracers)}
+    return LOOKS | {name: TRACER_LOOKS[i % len(TRACER_LOOKS)] for i, name in enumerate(tracers)}
 
 
 def name_of(run):
-    """Returns which of LOOKS a run is."""
+    """Returns which of LOOKS a run is. The oracle has one name in all panels, also where it is not the fastest row."""
     if run["method"] == "embree":
         return "Embree's frame"
     if run["method"] == "maps":
@@ -53,7 +53,7 @@ def name_of(run):
         threshold = threshold_of(run)
         if threshold is not None and believe_of(run) == "all":
             return "hybrid, voxel rays"
-        return (f"hybrid, {model_of(run)}" if threshold is None and run["model"] == "oracle" else "others" if threshold is None else
+        return ("hybrid, oracle" if threshold is None and run["model"] == "oracle" else "others" if threshold is None else
                 "hybrid, 96 texels" if threshold == PAPER_TEXELS else "hybrid, others")
     return "others"
 
@@ -99,9 +99,9 @@ def panel(axes, scene, size, runs, floor, top, looks):
                   markeredgewidth=0.8 if is_warm(run) else 0.4, clip_on=False, zorder=4 if marker != "^" else 3,
                   label=f"_{name_of(run)}" if is_warm(run) else name_of(run))
     log_axis(axes.xaxis, min(r["time_ms_low"] for r in runs) / 1.3, max(r["time_ms_high"] for r in runs) * 1.3, ticks=(1, 3), near=(1, 2, 3, 5))
-    error_axis(axes, floor, top, 5.4 if axes.get_subplotspec().is_first_col() else None)
+    error_axis(axes, floor, top, 5.6 if axes.get_subplotspec().is_first_col() else None)
     axes.set_title(f"{title_of(scene)}, {size.replace('x', ' × ')}", fontsize=6, pad=2.5)
-    axes.tick_params(labelsize=5.4)
+    axes.tick_params(labelsize=5.6)
 
 
 def draw(paths, directory, mixed=False):
@@ -111,7 +111,7 @@ def draw(paths, directory, mixed=False):
     floor, top = min(shares) / 3, max(shares) * 1.8
     rows = -(-len(panels) // COLUMNS)
     columns = -(-len(panels) // rows)
-    figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * max(columns / COLUMNS, NARROWEST) + 0.4, 0.55 + 1.35 * rows),
+    figure, grid = plt.subplots(rows, columns, figsize=(WIDTH * max(columns / COLUMNS, NARROWEST), 0.55 + 1.35 * rows),
                                 sharey=True, squeeze=False)
     for axes, (scene, size, runs) in zip(grid.flat, panels):
         panel(axes, scene, size, runs, floor, top, looks)
@@ -132,12 +132,14 @@ def draw(paths, directory, mixed=False):
         entries[warm] = plt.Line2D([], [], linestyle="none", marker="o", markersize=4, markerfacecolor="white", markeredgecolor=GREY)
     figure.legend([entries[n] for n in names], names, loc="lower center",
                   bbox_to_anchor=(0.5, 1.0), ncol=min(5, len(names)), fontsize=6)
+    every = [r for _, _, runs in panels for r in runs]
     charts = Charts(directory, bbox_inches="tight")  # the legend is above the panels
     charts.save(figure, "main", "Error against time in real and built scenes",
                 f"{plural(len({scene for scene, _, _ in panels}), 'scene')} at {' and '.join(dict.fromkeys(size for _, size, _ in panels))} pixels; "
                 "down and left is better. Built scenes are made by this program, the others are not."
                 + (" The atrium's halves mirror each other." if any(scene == "builtin:atrium" for scene, _, _ in panels) else "")
-                + legend_of_names([r for _, _, runs in panels for r in runs]) + tracers_sentence([r for _, _, runs in panels for r in runs]) + bars_sentence([r for _, _, runs in panels for r in runs]))
+                + (" The oracle serves each map by the method that was cheaper when maps were measured one by one; it need not be the fastest row."
+                   if any(name_of(r) == "hybrid, oracle" for r in every) else "") + tracers_sentence(every) + bars_sentence(every))
     charts.finish()
 
 
