@@ -72,7 +72,8 @@ def draw(results, only=None):
         from shadowdag_report.charts.threshold import over_threshold
         for scene in dict.fromkeys(run["scene"] for run in runs):
             merged = over_frames([{"dag_bytes": 0, "map_bytes": 0, **run} for run in runs if run["scene"] == scene])
-            speed_accuracy(kept, scene, merged, results["experiment"])
+            costs = [cost for cost in results.get("map_costs", ()) if cost["scene"] == scene and cost.get("start") != "warm"]
+            speed_accuracy(kept, scene, merged, results["experiment"], costs)
             if only != "speed_accuracy":
                 over_threshold(kept, scene, merged, results["experiment"])
         for figure in kept.figures.values():

@@ -16,6 +16,7 @@ sys.dont_write_bytecode = True
 
 from shadowdag_report import adjudicated, animations, claims, collection, committed, device, explained, intervals, mutation, series, stamp  # noqa: E402
 from shadowdag_report.charts import regret_analysis  # noqa: E402
+from shadowdag_report.charts.speed_accuracy import pure_run, rings_sentence  # noqa: E402
 from shadowdag_report.figures import lines  # noqa: E402
 from shadowdag_report.pages import sequence_table  # noqa: E402
 
@@ -257,6 +258,17 @@ def test_stamps_follow_the_drawing():
         equal(len({first, *changed}), 4)
         equal(drawing("frame", "charts/frame.py", "0.85", "0.95") != stamp.drawing_of("frame"), True)
         equal(drawing("figures", "figures/times.py", "import", "import json\nimport") != stamp.drawing_of("figures"), True)
+
+
+def test_a_threshold_that_divides_no_map():
+    runs = [{"parameters": {"threshold_texels": value}} for value in (0, 160, "inf")]
+    costs = [{"texels": texels} for texels in (122.0, 1119.5)]
+    for texels, place in ((96, 0), (122, 0), (200, None), (1119.5, None), (1200, 2)):
+        equal(pure_run(runs, texels, costs), None if place is None else runs[place])
+    equal(pure_run(runs, 96, []), None)
+    equal(pure_run(runs[1:], 96, costs), None)
+    equal(rings_sentence([(96, 0)], {"size": "640x360"}),
+          " The cross stands at the paper's 96 texels, which draw every map here.")
 
 
 def test_smallest_text_in_print():

@@ -25,9 +25,10 @@ def draw(paths, directory, mixed=False):
         named = [r for r in merged[scene] if r["parameters"].get("variant")]
         merged[scene] = [r for r in merged[scene] if not r["parameters"].get("variant")]
         steps.append((variants_chart, scene, named))
-    steps += [(speed_accuracy, scene, merged[scene], experiment) for scene in scenes]
+    costs_of = {scene: [c for c in all_costs if c["scene"] == scene and c.get("start") != "warm"] for scene in scenes}  # of maps drawn anew
+    steps += [(speed_accuracy, scene, merged[scene], experiment, costs_of[scene]) for scene in scenes]
     for scene in scenes:
-        runs, costs = merged[scene], [c for c in all_costs if c["scene"] == scene and c.get("start") != "warm"]  # maps drawn anew
+        runs, costs = merged[scene], costs_of[scene]
         steps += [(over_threshold, scene, runs, experiment),
                   (per_map, scene, costs, "texels", "required face resolution (texels)", "per_map_texels",
                    "Time of a map by both methods over its resolution"),

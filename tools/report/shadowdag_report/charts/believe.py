@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What it costs to believe fewer voxels: error against time, and the share of rays that the triangles decide."""
+"""What it costs to believe fewer voxels: error against time, and the share of rays that the triangles decide.
+
+Designed for both columns of a paper (17.8 cm).
+"""
 import numpy as np
 
 from ..series import believe_of, rays_alone

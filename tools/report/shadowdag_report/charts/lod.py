@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error over the level of detail of rays."""
+"""Time and error over the level of detail of rays.
+
+Designed for both columns of a paper (17.8 cm).
+"""
 from ..series import rays_alone
 from ..style import BLACK, BLUE, COLUMN, GREY, PURPLE, SKY, VERMILION, plt, slug
 from .runs import bars_sentence, time_bars

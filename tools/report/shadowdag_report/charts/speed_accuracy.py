@@ -14,11 +14,21 @@ from .runs import bars_sentence, time_bars, tracer_label, tracers_sentence
 TRACER_COLORS = (GREY, PURPLE, SKY, GREEN)
 
 
+def pure_run(members, texels, costs):
+    """Returns the run of a sweep that a threshold equals because no map lies on the other side of it: that of maps alone or of rays
+    alone, and None where the threshold divides the maps or their requests are not known. costs: of the scene's maps"""
+    requests = [cost["texels"] for cost in costs]
+    end = 0 if requests and min(requests) >= texels else math.inf if requests and max(requests) < texels else None
+    return None if end is None else next((r for r in members if threshold_of(r) == end), None)
+
+
 def rings_sentence(ringed, experiment):
     """Describes the crosses, and which of the paper's threshold and its equivalent has no run to put one on."""
     equivalent = equivalent_texels(experiment)
 
     def name(texels, near):
+        if near in (0, math.inf):
+            return f"the paper's {PAPER_TEXELS} texels, which " + ("draw every map here" if near == 0 else "trace every light here")
         text = (f"the paper's {PAPER_TEXELS} texels" if texels == PAPER_TEXELS else
                 f"{equivalent:.0f} texels, the equivalent at {experiment['size']} of the paper's {PAPER_TEXELS}")
         return text + ("" if abs(near - texels) < 0.5 else f" (nearest run: {plain(near)})")
@@ -26,11 +36,13 @@ def rings_sentence(ringed, experiment):
     if not ringed:
         return ""
     sentence = (" Crosses stand at " if len(ringed) > 1 else " The cross stands at ") + " and ".join(name(*r) for r in ringed) + "."
-    absent = {PAPER_TEXELS, equivalent} - {texels for texels, _ in ringed}
+    pure = {near for _, near in ringed} & {0, math.inf}  # the paper's threshold; its equivalent asks for fewer texels
+    absent = {PAPER_TEXELS, equivalent} - {texels for texels, _ in ringed} - ({equivalent} if 0 in pure else set())
     return sentence + "".join(f" {texels:.0f} texels have no run of their own." for texels in absent)
 
 
-def speed_accuracy(charts, scene, runs, experiment):
+def speed_accuracy(charts, scene, runs, experiment, costs=()):
+    """Draws the chart. costs: of the scene's maps, which tell whether the paper's threshold divides them"""
     figure, axes = plt.subplots(figsize=(COLUMN, 3.3))
     positive = [r["error"] for r in runs if r["error"] > 0]
     floor = (min(positive) if positive else 1e-4) / 4
@@ -92,11 +104,14 @@ def speed_accuracy(charts, scene, runs, experiment):
         for texels, marker in ((PAPER_TEXELS, "x"), (equivalent, "+")):
             nearest = min((r for r in members if 0 < threshold_of(r) < math.inf),
                           key=lambda r: abs(math.log(threshold_of(r) / texels)), default=None)
-            if nearest is None or abs(math.log2(threshold_of(nearest) / texels)) > 0.25 or nearest in marked:
+            if nearest is None or abs(math.log2(threshold_of(nearest) / texels)) > 0.25:
+                nearest = pure_run(members, texels, costs) if texels == PAPER_TEXELS else None
+            if nearest is None or nearest in marked:
                 continue
             marked.append(nearest)
             ringed.append((texels, threshold_of(nearest)))
             name = "the paper's 96 texels" if texels == PAPER_TEXELS else f"{equivalent:.0f} texels: 96 at 1080p"
+            name += {0: "\n(every map drawn)", math.inf: "\n(every light traced)"}.get(threshold_of(nearest), "")
             axes.plot(nearest["time_ms"], height(nearest), marker=marker, markersize=6 if marker == "x" else 8, color="black",
                       markeredgewidth=1.1, linestyle="none", zorder=8, label=name)
     embree = next((r for r in runs if r["method"] == "embree"), None)
