@@ -4,15 +4,16 @@
     mechanisms-chart ablation.json -o DIR
 
 writes DIR/mechanisms.svg and DIR/mechanisms.png at the width of a column. Rows are grouped by what a mechanism is meant to
-reduce; the panels are its own metric, time and error. A mark is the mean over the scenes, its bar reaches from the least
-to the greatest scene, of times with the interval of each. Left of 1 is a gain; values beyond a panel are at its edge with
-an arrow. A failure that the mechanism is a remedy for is a hollow mark.
+reduce; the panels are its own metric, time and error. A tick is a scene, a disc the geometric mean over the scenes, which
+differ much; a bar reaches from the least to the greatest scene, of times by the range of the repeats of both. Left of 1 is a
+gain; values beyond a panel are at its edge with an arrow. A failure that the mechanism is a remedy for is a hollow mark.
+Designed for one column of a paper (8.5 cm).
 """
 from matplotlib.lines import Line2D
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, VERMILION, FixedLocator, FuncFormatter, NullLocator, plt
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, VERMILION, FixedLocator, FuncFormatter, NullLocator, plt, plural
 
 ROW, GAP = 0.118, 1.3  # inches a row; rows above a group, for its title
 LOW, HIGH = 0.2, 5.0
@@ -61,6 +62,8 @@ def draw_row(axes, row, key, y, color):
         low, high = min(e[0] for e in ends), max(e[1] for e in ends)
         axes.plot([min(max(low, LOW), HIGH), min(max(high, LOW), HIGH)], [y, y], color=color, linewidth=1.0, alpha=0.75,
                   solid_capstyle="butt", zorder=3, clip_on=False)
+        places = [min(max(s[key], LOW), HIGH) for s in scenes if not s["is_failure"]]
+        axes.plot(places, [y] * len(places), linestyle="", marker="|", markersize=3.6, markeredgewidth=0.6, color=color, zorder=3, clip_on=False)
     if row.get(key) is not None:
         axes.plot([min(max(row[key], LOW), HIGH)], [y], marker="o", markersize=2.6, color=color, markeredgewidth=0, zorder=4,
                   clip_on=False)
@@ -77,9 +80,9 @@ def mechanisms_chart(charts, results):
         for row in rows:
             places.append((row, y))
             y += 1
-    height = ROW * y + 0.75
+    height = ROW * y + 0.99
     figure, panels = plt.subplots(1, len(PANELS), sharey=True, figsize=(COLUMN, height))
-    figure.subplots_adjust(left=0.385, right=0.885, top=1 - 0.42 / height, bottom=0.36 / height, wspace=0.16)
+    figure.subplots_adjust(left=0.385, right=0.885, top=1 - 0.66 / height, bottom=0.36 / height, wspace=0.16)
     for axes, (key, title) in zip(panels, PANELS):
         axes.axvline(1, color=BLACK, linewidth=0.6, zorder=1)
         for row, at in places:
@@ -104,14 +107,20 @@ def mechanisms_chart(charts, results):
         if first is not None:
             panels[0].annotate(title, xy=(-0.04, first - 0.92), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=5.8,
                                fontweight="bold", color=color, annotation_clip=False)
-    figure.text(0.63, 0.09 / height, "with over without (left of 1 is a gain)", fontsize=6.2, ha="center")
-    handles = [Line2D([], [], marker="o", markersize=2.6, color=BLACK, linewidth=1.0, label="mean, least to greatest scene"),
-               Line2D([], [], linestyle="", marker="D", markersize=2.4, color=GREY, markerfacecolor="white", label="its failure")]
-    figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 1.0), ncol=2, fontsize=5.6, handletextpad=0.4, columnspacing=1.2)
+    figure.text(0.5, 0.09 / height, "with over without (left of 1 is a gain; arrow: beyond the panel)", fontsize=6.2, ha="center")
+    count = max((len(row.get("on", {}).get("time_ms", ())) for row in (s for r in results["mechanisms"] for s in r["scenes"])), default=0)
+    scene_count = len(results["scenes"])
+    repeats = f"; in panel time, of scenes and up to {count} repeats" if count > 1 else ""
+    handles = [Line2D([], [], linestyle="", marker="o", markersize=2.6, color=BLACK, label=f"geometric mean of {plural(scene_count, 'unlike scene')}"),
+               Line2D([], [], linestyle="", marker="|", markersize=3.6, markeredgewidth=0.6, color=BLACK, label="one scene"),
+               Line2D([], [], color=BLACK, linewidth=1.0, label=f"range of scenes{repeats}"),
+               Line2D([], [], linestyle="", marker="D", markersize=2.4, color=GREY, markerfacecolor="white", label="a failure that it is a remedy for")]
+    figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 1.0), ncol=1, fontsize=5.6, handletextpad=0.4, labelspacing=0.25)
     charts.save(figure, "mechanisms", "The gain of each mechanism",
                 "Ratios with over without, by what a mechanism is meant to reduce, on a logarithmic axis; left of 1 is a gain. "
-                "Bars reach from the least to the greatest of "
-                + ", ".join(scene.removeprefix("builtin:") for scene in results["scenes"]) + ".")
+                "Discs are geometric means over scenes that differ much, ticks the scenes: "
+                + ", ".join(scene.removeprefix("builtin:") for scene in results["scenes"])
+                + ". Bars reach from the least to the greatest scene; of times, from the least to the greatest ratio of any two repeats.")
 
 
 def draw(path, directory):
