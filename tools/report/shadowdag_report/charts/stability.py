@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the stability of errors from stability.json of `shadowdag study stability`: one chart per part of
-the file, as SVG and PNG, with charts.json: titles and captions.
+the file, as SVG and PNG, with charts.json: titles and captions. Designed for both columns of a paper (17.8 cm).
 
     stability-charts report/stability.json -o docs
 """
@@ -117,8 +117,9 @@ def draw_perturbation(charts, results):
     panels[0].invert_yaxis()
     entries = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels())}
     if entries:
-        panels[min(PANELS, len(groups)) - 1].legend(entries.values(), entries.keys(), loc="upper right", bbox_to_anchor=(1.0, 1.12),
-                             ncol=len(entries))
+        figure.suptitle(" ", fontsize=6)  # room for the legend
+        bar = plt.Line2D([], [], color=GREY, alpha=0.5, linewidth=2.4)
+        figure.legend([*entries.values(), bar], [*entries, "band of the check"], loc="upper right", ncol=len(entries) + 1)
     charts.save(figure, "stability_perturbation", "The error under perturbation",
                 "Wrong pairs over those of the unperturbed scene, each compared with Embree for the same scene; bars: "
                 "the band. " + (f"{' and '.join(absent)}: no wrong pair anywhere, so nothing is drawn. " if absent else "")
@@ -177,12 +178,12 @@ def draw_resolution(charts, results):
         axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
         axes.set_xlabel("voxels an axis" if method == VOXELS else "texels a pixel and axis (1 / undersample)")
         place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22)} if below else {"loc": "lower left"}
-        axes.legend(title=f"{'rays' if method == VOXELS else 'maps'}: fitted rate", title_fontsize=6.4, handlelength=2.2, **place)
-    log_axis(panels[0].yaxis, low / 4, high)
+        axes.legend(title=f"{'voxel rays' if method == VOXELS else 'maps'}: rate of wrong pairs", title_fontsize=6.4, handlelength=2.2, **place)
+    log_axis(panels[0].yaxis, low / 6, high)
     panels[0].set_ylabel("wrong pairs (%)")
     charts.save(figure, "stability_resolution", "The error over resolution",
-                "Share of wrong pairs against voxel depth and texel density, with the fitted rate and its standard "
-                "error. Dotted: rate 1. " + verdict(results, "resolution"), part="resolution")
+                "Share of wrong pairs against voxel depth and texel density, with the fitted rate at which it falls and its "
+                "standard error; the checks are of rates of the mean error. Dotted: rate 1. " + verdict(results, "resolution"), part="resolution")
 
 
 DRAWN = {"time": draw_time, "perturbation": draw_perturbation, "numeric": draw_numeric, "resolution": draw_resolution}
