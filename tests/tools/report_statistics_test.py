@@ -17,7 +17,7 @@ sys.dont_write_bytecode = True
 from shadowdag_report import adjudicated, animations, claims, collection, committed, device, explained, intervals, mutation, series, stamp  # noqa: E402
 from shadowdag_report.charts import regret_analysis  # noqa: E402
 from shadowdag_report.charts.speed_accuracy import pure_run, rings_sentence  # noqa: E402
-from shadowdag_report.figures import lines  # noqa: E402
+from shadowdag_report.figures import lines, sequence  # noqa: E402
 from shadowdag_report.pages import sequence_table  # noqa: E402
 
 
@@ -258,6 +258,15 @@ def test_stamps_follow_the_drawing():
         equal(len({first, *changed}), 4)
         equal(drawing("frame", "charts/frame.py", "0.85", "0.95") != stamp.drawing_of("frame"), True)
         equal(drawing("figures", "figures/times.py", "import", "import json\nimport") != stamp.drawing_of("figures"), True)
+
+
+def test_bars_of_a_sequence():
+    timed = lambda label, count, confidence: {"time_ms": 5.0, "time_ms_low": 4.0, "time_ms_high": 7.0, "time_ms_confidence": confidence,
+                                              "repeat_count": count, "label": label, "frame": 0}
+    rows = {(label, 0): timed(label, *of) for label, of in {"once": (1, 0.0), "twice": (2, 0.5), "ten": (10, 0.978)}.items()}
+    bars = sequence.Sequence("s", rows).bars_text
+    equal([bars(["once"]), bars(["twice"]), bars(["ten"]), bars(["ten", "twice"])],
+          ["", "range of 2 repeats", "95 % interval of the median of 10 repeats", "range of 2 to 10 repeats"])
 
 
 def test_a_threshold_that_divides_no_map():

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from ..files import Refused, expecting, read_json
-from ..intervals import confidence_text, half_widths, least_confidence
+from ..intervals import CONFIDENCE, confidence_text, half_widths, least_confidence
 
 KINDS = {dict: "object", list: "list"}
 MOST = 1e18  # no time and no count of a frame is larger
@@ -135,8 +135,15 @@ class Sequence:
         """Returns how far the intervals of the frames' times reach below and above them."""
         return np.array([half_widths(self.rows[label, frame]) for frame in self.frames]).T
 
-    def confidence(self, labels):
-        return least_confidence([self.rows[label, frame] for label in labels for frame in self.frames])
+    def bars_text(self, labels):
+        """Returns what bars of these times are, "" without any: intervals of medians, or, of fewer values than such an interval needs,
+        no more than their range."""
+        rows = [self.rows[label, frame] for label in labels for frame in self.frames]
+        counts = sorted({row.get("repeat_count", 1) for row in rows})
+        if counts[-1] == 1:
+            return ""
+        repeats = str(counts[0]) if counts[0] == counts[-1] else f"{counts[0]} to {counts[-1]}"
+        return ("95 % interval of the median of" if least_confidence(rows) >= CONFIDENCE else "range of") + f" {repeats} repeats"
 
     def worst_text(self, label):
         """Returns the 99th percentile of the times of all frames and rounds with its interval; in older results, which lack

@@ -4,7 +4,6 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, plt
-from ..intervals import confidence_text
 from .lines import (axes_over_frames, base_of, change, draw_panels, engineering, gap_of, is_detail, legend_above, percent, spread,
                     style)
 
@@ -22,8 +21,9 @@ def figure_10(figures, sequence):
     if not chosen:
         return "variants to compare"
     columns = {l: sequence.values(l, "time_ms") for l in chosen}
+    bars = sequence.bars_text(chosen)
     figure = draw_panels(sequence, columns, "frame time (ms)", lambda axes: axes.set_ylim(bottom=0),
-                         {l: sequence.intervals(l) for l in chosen})
+                         {l: sequence.intervals(l) for l in chosen}, bars)
     claims = []
     base = base_of(sequence)
     first = slice(0, max(1, len(sequence.frames) // 3))
@@ -46,8 +46,8 @@ def figure_10(figures, sequence):
         both = change(sequence, "PMCD-EB", "PMCD-EB-SO", "time_ms")[sequence.led()]
         claims.append(("SO: frame time after frame 0", "substantially less", spread(both, percent), bool(np.mean(both) < 0)))
     caption = ("Median time of every frame by variant: everything that a frame does, following the moved instances "
-               "included, loading and animating not. Bars are "
-               f"{confidence_text(sequence.confidence(chosen))} intervals"
+               "included, loading and animating not. "
+               + (f"Bars: {bars}" if bars else "One run of each")
                + (", marks of a frame stand side by side." if gap_of(sequence.frames) > 1 else "."))
     figures.save(10, sequence, figure, "Frame times over the animation", caption,
                  {f"{l} (ms)": v for l, v in columns.items()}, claims)
