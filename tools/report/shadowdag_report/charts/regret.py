@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the loss of routing, frame by frame, relative to the routes measured fastest (model oracle): by model cost, by
+"""Draws the loss of routing, frame by frame, relative to the oracle, whose routes were measured fastest: by model cost, by
 texels:96, by the best single threshold and by either method alone, from results.json of `shadowdag compare` with models
 oracle and cost. Writes regret.svg, regret.png and regret.json, and prints the sums.
 
@@ -44,7 +44,7 @@ def panel(axes, scene, is_first):
     rows = scene["frames"]
     frames = [r["frame"] for r in rows]
     step = min((b - a for a, b in zip(frames, frames[1:])), default=10)
-    axes.axhline(0, color=BLACK, linewidth=0.8, label="measured routes" if is_first else None)
+    axes.axhline(0, color=BLACK, linewidth=0.8, label="oracle" if is_first else None)
     noise = 100 * scene["sums"]["oracle_noise_ms"] / scene["sums"]["oracle_ms"]
     axes.axhspan(-noise, noise, color=GREY, alpha=0.3, linewidth=0, label="its noise" if is_first else None)
     for place, (name, (colour, marker)) in enumerate(LINES.items()):
@@ -60,7 +60,7 @@ def panel(axes, scene, is_first):
     axes.yaxis.set_major_formatter(lambda y, _: f"{y:.0f}")
     axes.set_title(f"{scene['scene'].removeprefix('builtin:')}; best threshold {scene['best_threshold'][7:]}, "
                    f"worst frame {scene['worst_frame']['frame']}", fontsize=7.5, loc="left")
-    axes.set_ylabel("over measured routes (%)", fontsize=7)
+    axes.set_ylabel("time over the oracle's (%)", fontsize=7)
     axes.set_xticks(frames)
     axes.set_xlim(frames[0] - step / 2, frames[-1] + step / 2)
     axes.grid(axis="x", visible=False)
