@@ -391,6 +391,17 @@ def of_gpu(results):
         f"`{name}` ({whole(times[cold][name])} against {whole(times[exact][name])}" for name in scenes]}
 
 
+def of_provenance(results):
+    """Which files are of scenes that have changed since, and of which device the chart of a GPU is."""
+    old = {"b77c069f4094", "151d14fbff59"}  # commits before lights hung in lanterns: the last of files that are not measured anew
+    load = lambda path: json.loads(path.read_text())
+    provenances = {path.stem: data["provenance"] for path in sorted(results.glob("*.json"))
+                   if isinstance(data := load(path), dict) and isinstance(data.get("provenance"), dict)}
+    stale = [name for name, provenance in provenances.items() if provenance.get("commit") in old]
+    device, = {provenances[name]["device"].removeprefix("NVIDIA ") for name in ("main_gpu", "main_placed_gpu")}
+    return {"docs/results.md": ([f"{listed(stale)} are older than 24 November 2026"] if stale else []) + [f"On an {device} at 1920 x 1080"]}
+
+
 def of_scale(results):
     """Where rays through voxels become faster than Embree's packets, and both at the largest number of triangles."""
     found = {crossover["method"]: crossover for crossover in json.loads((results / "scale.json").read_text())["crossovers"]
@@ -432,7 +443,7 @@ def of_mechanisms(results):
 def prose_of(results):
     """Returns {document: texts} from the folder of committed results."""
     texts = {}
-    for part in (of_main, of_tracers, of_streams, of_adjudication, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_scale, of_mechanisms):
+    for part in (of_main, of_tracers, of_streams, of_adjudication, of_believe, of_beams, of_animations, of_regret, of_paper, of_flicker, of_stability, of_real, of_gpu, of_provenance, of_scale, of_mechanisms):
         for document, stated in part(results).items():
             texts.setdefault(document, []).extend(stated)
     return texts

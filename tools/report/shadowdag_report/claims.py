@@ -238,7 +238,7 @@ def parts_table(folder):
 
 
 def provenance_table(folder):
-    """Returns which files are of which commit and processor, the newest kinds of provenance last."""
+    """Returns which files are of which commit, processor and device, by these."""
     files = {}
     for path in sorted(folder.glob("*.json")):
         result = read_json(path)
@@ -246,9 +246,9 @@ def provenance_table(folder):
         of = provenance if isinstance(provenance, dict) else result if isinstance(result, dict) else {}
         device = of.get("device")
         device = ", ".join(map(str, device.values())) if isinstance(device, dict) else device
-        key = (of.get("commit") or "not recorded", of.get("cpu") or device or "not recorded")
+        key = (of.get("commit") or "not recorded", "; ".join(text for text in (of.get("cpu"), device) if text) or "not recorded")
         files.setdefault(key, []).append(path.stem)
-    return ["", "**Where each result file is from.**", "", "| commit | processor | files |", "|---|---|---|",
+    return ["", "**Where each result file is from.**", "", "| commit | processor; device | files |", "|---|---|---|",
             *("| {} | {} | {} |".format(*key, ", ".join(names)) for key, names in sorted(files.items(), key=lambda row: row[1]))]
 
 
