@@ -16,7 +16,7 @@ from shadowdag_report.intervals import confidence_text, interval, least_confiden
 from shadowdag_report.texels import PAPER_TEXELS  # noqa: E402
 
 from prose import check_prose, main_scenes, prose_of, wrong as wrong_share
-from stated_numbers import EXCEPTIONS, check_numbers
+from stated_numbers import EXCEPTIONS, ONCE, UNBACKED, check_numbers
 from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
@@ -316,6 +316,9 @@ def self_test():
              "<!-- x y:begin -->\n9 ms\n<!-- x y:end -->\nand [8 %](a-9 %.md)\n")
     found = check_numbers("d.md", prose, ["take 1.5 to 2.0 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "8 %"])]})
     expect(len(found) == 2 and "'B' says '3 000 pairs'" in found[0] and "exception '8 %' is not needed in 'B'" in found[1], f"numbers {found}")
+    for text, count in (("## A\nIt took 3 s.\n", 1), (f"## A\nIt took 3 s ({UNBACKED}).\n", 0)):
+        found = check_numbers("d.md", text, [], {"A": [(ONCE, ["3 s"])]})
+        expect(len(found) == count and all("no result backs" in v for v in found), f"numbers {found}")
     found = check_numbers("d.md", prose, ["take 1.5 to 2.1 times"], {"A": [("why", ["7 MiB"])], "B": [("why", ["8 %", "3 000 pairs"])]})
     expect(len(found) == 1 and "'A' says '1.5 to 2.0 times'" in found[0], f"numbers {found}")
     rate = lambda name, m, low, high: {"tracer": name, "order": "cluster", "megarays_per_s": m, "megarays_per_s_low": low,

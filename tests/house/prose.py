@@ -58,6 +58,7 @@ def of_main(results):
     # The oracle's shares of maps that it draws, at the larger size.
     drawn = {name: runs["hybrid oracle believe none"] for name, runs in large.items()}
     drawn = {name: run["drawn_map_count"] / (run["drawn_map_count"] + run["traced_map_count"]) for name, run in drawn.items()}
+    busy = max(run.get("other_cpu_share") or 0.0 for runs in scenes.values() for run in runs.values())
     holds = sum(runs[exact]["time_over_embree_low"] <= 1 <= runs[exact]["time_over_embree_high"] for runs in scenes.values())
     errors = sorted(wrong(runs[kept]) for runs in scenes.values())
     errors = f"{errors[0]:.2f} to {errors[-1]:.1f}"
@@ -75,6 +76,7 @@ def of_main(results):
             "It draws every map in " + listed(name for name, share in drawn.items() if share == 1) + ", traces every one in "
             + listed(name for name, share in drawn.items() if share == 0) + (", and does both in " + listed(
                 name for name, share in drawn.items() if 0 < share < 1) if any(0 < share < 1 for share in drawn.values()) else ""),
+            f"Other processes used {100 * busy:.1f} % of the processor at most",
             f"Exact rays take {span(over(exact, large))} times as long there"],
         "docs/limits.md": [
             f"wrong in {errors} % of the pairs",
@@ -140,7 +142,12 @@ def of_believe(results):
     over = [runs[steps[0]]["time_ms"] / runs["embree"]["time_ms"] for runs in scenes.values()]
     total = f"{sum(run['pair_count'] for run in exact):,}".replace(",", " ")
     misses = sum(run["false_shadow_count"] + run["false_light_count"] for run in exact)
-    return {"docs/results.md": rows + [f"but for {misses} pairs of {total}", f"It takes {span(ratios)} times as long as to believe all",
+    limited = {name: runs["dag 4096^3 believe 8"].get("magnified_count", 0) for name, runs in scenes.items()}
+    (first, count), *others = [(name, count) for name, count in limited.items() if count]
+    magnified = f"Of `believe 8`, which allows 8 pixels, {count} pairs of `{first}`, " + " and ".join(f"{n} of `{name}`" for name, n in others)
+    segments = {m["method"]: m["ns_per_pair"] for m in json.loads((results / "bench-voxel-atrium-4096.json").read_text())["frame"]["methods"]}
+    finished = f"it takes {segments['rtcOccluded16']:.1f} ns a pair where exact rays in streams take {segments['exact streams']:.1f}"
+    return {"docs/results.md": rows + [magnified, finished, f"but for {misses} pairs of {total}", f"It takes {span(ratios)} times as long as to believe all",
                                        f"Exact rays take {span(over)} times as long as Embree's frame and the same memory"],
             "docs/limits.md": ["take {:.1f} to {:.2f} times as long as rays through voxels at 4096^3".format(min(ratios), max(ratios))]}
 
@@ -351,6 +358,9 @@ def of_real(results):
     magnified = max(voxels, key=lambda cell: cell["magnified_share"])
     named = lambda method, name: sum(cell["named_counts"].get(name, 0) for cell in by(method))
     excess = [cell for cell in cells if cell["explaining_has_power"] is False and cell["wrong_share"] > 0.01]
+    within = [cell for cell in excess if cell not in beyond(cell["method"])]
+    of, = {(cell["scene"], f"{100 * cell['wrong_share']:.1f} %") for cell in within}
+    by_what = " and by the ".join(cell["method"] for cell in within)
     unnamed = {cell["scene"]: cell["unnamed_count"] for cell in cells if cell["unnamed_count"]}
     return {"docs/results.md": [
         f"four frames of {len(exact)} scenes that nobody here made: {own} with lights of their own, {len(exact) - own} under 16 lights",
@@ -359,7 +369,7 @@ def of_real(results):
         f"Rays that believe all voxels exceed it in {len(beyond('dag believe all'))}",
         f"up to {100 * magnified['magnified_share']:.1f} % of the pairs are magnified (`{magnified['scene']}`)",
         f"in {powerless('maps')} of {len(exact)} scenes by maps, {powerless('dag believe all')} by voxels and {powerless('hybrid')} by the hybrid",
-        f"{len(excess)} cells without power exceed that",
+        f"{len(excess)} cells without power exceed that; all but `{of[0]}` by {by_what} ({of[1]}) exceed the tolerance, too",
         f"(`light-in-plane`): {named('maps', 'light-in-plane')} pairs",
         f"(`surface-behind`): {named('dag believe all', 'surface-behind')} pairs",
         f"(`surface-edge-on`): {named('dag believe all', 'surface-edge-on')} pairs",
@@ -392,14 +402,18 @@ def of_gpu(results):
 
 
 def of_provenance(results):
-    """Which files are of scenes that have changed since, and of which device the chart of a GPU is."""
+    """Which files are of scenes that have changed since, of which device the chart of a GPU is, and what the page commits of one are."""
     old = {"b77c069f4094", "151d14fbff59"}  # commits before lights hung in lanterns: the last of files that are not measured anew
     load = lambda path: json.loads(path.read_text())
+    committed = {row["frame"]: row for row in load(results / "figure_11_sparse.json")["sequence_runs"] if row["label"] == "PMCD-EB-SO-1SM"}
+    pages = [sum(row[f"pages_{kind}_count"] for row in committed.values()) for kind in ("committed", "freed")]
+    commits = span([row["stages_ms"]["page commit"] for row in committed.values()], "{:.1f}")
     provenances = {path.stem: data["provenance"] for path in sorted(results.glob("*.json"))
                    if isinstance(data := load(path), dict) and isinstance(data.get("provenance"), dict)}
     stale = [name for name, provenance in provenances.items() if provenance.get("commit") in old]
     device, = {provenances[name]["device"].removeprefix("NVIDIA ") for name in ("main_gpu", "main_placed_gpu")}
-    return {"docs/results.md": ([f"{listed(stale)} are older than 24 November 2026"] if stale else []) + [f"On an {device} at 1920 x 1080"]}
+    return {"docs/results.md": ([f"{listed(stale)} are older than 24 November 2026"] if stale else []) + [
+        f"On an {device} at 1920 x 1080", f"{pages[0]} pages are committed and {pages[1]} freed, which takes {commits} ms per frame"]}
 
 
 def of_scale(results):
