@@ -25,6 +25,7 @@ contents = {
                   "docs/scene_formats", "docs/file_formats", "docs/json_reference", "docs/promises", "docs/limits"],
     "Method": ["docs/method", "hybrid/routing/RESOLUTION", "voxel/LAYOUT", "voxel/BUILDS", "shadowmap/FILTERS",
                "shadowmap/PAGES", "shadowmap/CULLING", "shadowmap/POLYGON_LOD", "scenes/BATCHES", "docs/adjudicator"],
+    "Glossary": ["docs/glossary"],
     "Gallery": ["docs/gallery"],
     "Results": ["docs/results", "docs/mutants", "docs/cuda_host"],
     "How to add things": ["docs/developing"],
