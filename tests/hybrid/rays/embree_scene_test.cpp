@@ -8,6 +8,7 @@
 #include "tests/hybrid/fail_stage.h"
 #include "tests/hybrid/random.h"
 #include "tests/hybrid/triangle_soup.h"
+#include "voxel/dag_stream.h"
 
 #include <gtest/gtest.h>
 
@@ -32,6 +33,15 @@ std::vector<uint8_t> traced(const EmbreeScene& scene, const Light& light,
     std::vector<uint8_t> blocked(positions.size(), 7);
     scene.trace(light, viewOf(positions), viewOf(normals), viewOf(which), viewOf(blocked));
     return blocked;
+}
+
+// Packets of 16 are slower than packets of 8 where Embree has no vectors for them.
+TEST(EmbreeScene, PacketsAreNoWiderThanTheProcessorsVectors) {
+    TriangleSoup soup;
+    soup.addLevelSquare({0, 0, 0}, 1.0f);
+    const std::vector<uint32_t> all = countTo(soup.triangles.size());
+    const uint32_t width = EmbreeScene(soup.view(), viewOf(all)).packetWidth();
+    EXPECT_TRUE(width == 8 || (width == 16 && hasStreamIsa(StreamIsa::kAvx512))) << width;
 }
 
 // A square of half a metre, half way between a light and a floor, has an umbra of twice its size;
