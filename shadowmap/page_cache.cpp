@@ -254,8 +254,8 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
 }
 
 void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
-                         View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
-                         StageTimes& stages) {
+                         View<const uint32_t> firstPage, uint64_t wanted, bool clears,
+                         ShadowMapCounts& counts, StageTimes& stages) {
     const uint64_t pages = glm::min(wanted, capacityPages_);
     // If no page is retained, exactly the needed pages are in use, however many of them were kept,
     // so the host need not wait for the counts.
@@ -342,7 +342,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         const StageTimer timer(backend_, stages, "page clear");
         if (drawer_)
             drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
-        else
+        else if (clears)
             runPass(backend_, ClearPages{freshPages, std::as_const(pageTable_).view(), pool_.view(),
                                          pageTexelsLog2_});
         if (keeps_)

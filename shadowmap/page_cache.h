@@ -39,14 +39,15 @@ public:
     void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches,
                     bool areAllNamed);
 
-    /// Allocates the needed pages, and clears the new ones.
+    /// Allocates the needed pages, and clears the new ones unless the caller does that.
     /// @param needed bits of the requests' words; @param firstPage their exclusive scan
     /// @param wanted bits set
     /// @param counts receives all counts of pages, except those that count() fetches
+    /// @param clears whether new pages are cleared; else freshEntries() has them
     /// @param stages receives the times of "page commit" and "page clear"
     void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
-                  View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
-                  StageTimes& stages);
+                  View<const uint32_t> firstPage, uint64_t wanted, bool clears,
+                  ShadowMapCounts& counts, StageTimes& stages);
 
     /// Fetches the counts for which allocate did not wait: how many pages were committed, freed and
     /// cleared. Call before the next allocate.
@@ -61,6 +62,8 @@ public:
 
     bool keeps() const { return keeps_; }
     View<const uint32_t> pageTable() const { return pageTable_.view(); }
+    /// Returns the entries of pages that the last allocate() gave memory to, ascending.
+    View<const uint32_t> freshEntries() const { return freshEntries_.view(); }
     /// Returns the page table for drawing: without pages that are complete.
     View<const uint32_t> openTable() const {
         return keeps_ ? openTable_.view() : pageTable_.view();

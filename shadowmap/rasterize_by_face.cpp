@@ -143,10 +143,25 @@ void drawFace(const RasterView& view, View<const BatchDraw> draws, const ShadowM
                       floors);
 }
 
+/// Clears the new pages of one face of a map.
+void clearFace(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+               const PagesToClear& toClear) {
+    if (isMutant(Mutant::kPagesNotCleared))
+        return;
+    const uint32_t* entry = std::lower_bound(toClear.entries.begin(), toClear.entries.end(),
+                                             pageTableIndex(map, face, 0, 0));
+    const uint32_t pageTexels = 1u << (2 * view.pageTexelsLog2);
+    for (const uint32_t end = pageTableIndex(map, face + 1, 0, 0);
+         entry != toClear.entries.end() && *entry < end; ++entry)
+        std::fill_n(view.depths.data + size_t(toClear.pageTable[*entry]) * pageTexels, pageTexels,
+                    0u);
+}
+
 } // namespace
 
 void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart,
-                     View<const Box> boxesWorld, View<PageFloor> pageFloors) {
+                     View<const Box> boxesWorld, View<PageFloor> pageFloors,
+                     const PagesToClear& toClear) {
     const size_t mapCount = view.maps.count;
     SDAG_ASSERT(drawStart.size() == mapCount + 1);
     // Longest first, so that no thread is left with a big one at the end.
@@ -160,6 +175,7 @@ void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawSt
         for (size_t item = begin; item < end; ++item) {
             const uint32_t mapIndex = order[item / kFaceCount];
             const uint32_t face = uint32_t(item % kFaceCount);
+            clearFace(view, view.maps[mapIndex], face, toClear);
             if (face == 3 && isMutant(Mutant::kFaceSkipped))
                 continue;
             const uint32_t first = drawStart[mapIndex];

@@ -291,6 +291,11 @@ struct ShadowMaps::State {
     /// The maps of the requests; the buffer may hold more that are kept.
     View<const ShadowMapInfo> requestMaps() const { return {maps.view().data, infos.size()}; }
 
+    /// Returns whether the CPU's own kernel draws, face by face, and clears new pages itself.
+    bool drawsByFace() const {
+        return !drawer && backend == Backend::kCpu && !options.useAtomicRasterizer;
+    }
+
     void allocate(const std::vector<MapRequest>& requests, uint64_t wanted, StageTimes& stages) {
         const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
         std::vector<ShadowMapInfo> all = infos;
@@ -302,7 +307,7 @@ struct ShadowMaps::State {
             maps.take(all);
         }
         cache.allocate(maps.view(), std::as_const(pageBits).view(), std::as_const(firstPage).view(),
-                       wanted, counts, stages);
+                       wanted, !drawsByFace(), counts, stages);
     }
 
     /// Fetches the counts of the last build from the backend.
@@ -595,7 +600,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     if (!isListedEarly)
         s.listReached(cull, isGuessed, stages);
     s.listDraws(cull, isGuessed, stages);
-    const auto draw = [&] {
+    const auto draw = [&](bool isFirst) {
         const StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),
                                 s.cache.openTable(),
@@ -608,21 +613,24 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
                                 onBackend.maxTriangleCount};
         if (s.drawer)
             s.drawer->draw(raster, std::as_const(s.cache).pageTable());
-        else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer) {
+        else if (s.drawsByFace()) {
             s.pageFloors.resize(raster.depths.count / s.pageTexelCount());
             const View<PageFloor> floors = s.pageFloors.view();
             std::fill(floors.begin(), floors.end(), PageFloor{0, PageFloors::kUnknownRows});
-            rasterizeByFace(raster, s.drawStarts(), onBackend.boxesWorld, floors);
+            PagesToClear fresh;
+            if (isFirst)
+                fresh = {s.cache.freshEntries(), std::as_const(s.cache).pageTable()};
+            rasterizeByFace(raster, s.drawStarts(), onBackend.boxesWorld, floors, fresh);
         } else
             rasterizeTriangles(s.backend, raster, s.largeTriangles, s.largeSetups);
     };
-    draw();
+    draw(true);
     // Drawing is queued before the lengths are waited for, so that the device stays busy.
     if (isGuessed && !s.trimDraws()) {
         ++s.counts.listRerunCount;
         s.listReached(cull, false, stages);
         s.listDraws(cull, false, stages);
-        draw(); // drawing twice has no effect
+        draw(false); // drawing twice has no effect
     }
     if (s.cache.keeps()) {
         const StageTimer timer(s.backend, stages, "rasterization");

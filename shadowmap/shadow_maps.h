@@ -61,9 +61,10 @@ struct ShadowMapOptions {
 
 /// The stages of ShadowMaps::build, in their order. "page masks": cluster boxes projected on faces,
 /// for pages, projection maps and depths. "page commit": the correspondence of maps and pages to
-/// those of the last frame, and memory for new pages. "page clear": of that memory. "geometry
-/// copy": to the device, CUDA only, and only of inputs that are not there. "culling masks": depths
-/// of blocks of cells; with static optimization also the drawn depths. "culling query": the batches
+/// those of the last frame, and memory for new pages. "page clear": of that memory, unless
+/// "rasterization" clears a face's new pages before it draws there, as on the CPU. "geometry copy":
+/// to the device, CUDA only, and only of inputs that are not there. "culling masks": depths of
+/// blocks of cells; with static optimization also the drawn depths. "culling query": the batches
 /// that each map reaches, by the hierarchy; with guessed lengths, unless levels of detail are
 /// drawn, before "page commit". "culling tests": those batches against face masks, projection maps
 /// and depths, and the list of draws. "rasterization": drawing it.
