@@ -23,7 +23,7 @@ void warn(const std::string& note) {
     const std::string text = note.starts_with(kPrefix) ? note.substr(kPrefix.size()) : note;
     const py::gil_scoped_acquire locked;
     const py::object category = py::module_::import("shadowdag._native").attr("Warning");
-    if (PyErr_WarnEx(category.ptr(), printable(text).c_str(), 1) != 0)
+    if (PyErr_WarnFormat(category.ptr(), 1, "%U", textObject(printable(text)).ptr()) != 0)
         throw py::error_already_set();
 }
 

@@ -38,7 +38,7 @@ PyObject* addClass(py::module_& scope, const char* name, const char* text, PyObj
 
 void raise(const std::exception& exception) {
     const ExitMessage exit = exitMessageOf(exception);
-    PyErr_SetString(classes().at(exit.status), printable(exit.message).c_str());
+    PyErr_SetObject(classes().at(exit.status), textObject(printable(exit.message)).ptr());
 }
 
 } // namespace

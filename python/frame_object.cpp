@@ -149,8 +149,9 @@ py::dict judgeFrame(const Object& self, const py::object& progress) {
     Call call("explain errors", progress);
     std::string warning;
     runAlone(*self->scene, call, [&] {
-        warning = fewPairsWarning(self->scene->scene().name, self->result().pairs.count(),
-                                  self->scene->lightCount >= 0);
+        warning = fewPairsWarning(
+            self->scene->scene().name, self->result().pairs.count(),
+            {self->scene->lightCount >= 0, self->scene->workspace.isCameraAutomatic()});
         truthOf(*self);
         if (!self->report) {
             requireCurrent(*self);

@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "python/call.h"
 #include "python/callable_model.h"
+#include "python/errors.h"
 #include "python/json_object.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/provenance.h"
@@ -126,7 +127,22 @@ RunParameters variantOf(const Json& json, const std::string& name, const Experim
     return run;
 }
 
-void setModel(FrameRequest& request, const Json& json, const py::object& callable) {
+/// Takes the path of "costs" out of the settings: the name of a file may be any bytes, and texts of
+/// JSON are UTF-8. "" if there is none; what is no path stays, and is refused as a setting.
+std::string takeCostsPath(const py::dict& settings) {
+    if (!settings.contains("costs"))
+        return "";
+    const py::object given = settings["costs"];
+    if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
+        return "";
+    std::string path = pathOf(given);
+    refuseZeroByte(path);
+    settings["costs"] = "";
+    return path;
+}
+
+void setModel(FrameRequest& request, const Json& json, const py::object& callable,
+              const std::string& costs) {
     const Method& method = request.run.kind();
     if (!method.needs().routing && (json.contains("model") || !callable.is_none()))
         refuse("\"model\" is for method hybrid, not for '" + method.name() + "'; drop one of them");
@@ -140,7 +156,7 @@ void setModel(FrameRequest& request, const Json& json, const py::object& callabl
         request.model = makeCostModel(request.modelText);
         request.run.model = request.modelText;
     }
-    const std::string costs = textAt(json, "costs", "");
+    static_cast<void>(textAt(json, "costs", "")); // refuses what is no path
     if (!costs.empty()) {
         if (!request.model->needsCosts() && !request.model->needsCalibration())
             refuse("\"costs\" is for method hybrid with model cost or oracle; drop it");
@@ -172,6 +188,7 @@ FrameRequest frameRequest(const py::dict& given) {
         if (PyCallable_Check(model.ptr()) != 0)
             callable = plain.attr("pop")("model");
     }
+    const std::string costs = takeCostsPath(plain);
     const Json json = jsonOf(plain, "settings");
     refuseUnknown(json);
 
@@ -192,7 +209,7 @@ FrameRequest frameRequest(const py::dict& given) {
         run.frame = baseOptions(request.experiment);
     }
     run.kind().takeOver(run.frame.rays);
-    setModel(request, json, callable);
+    setModel(request, json, callable, costs);
     refuseUnread(run, [&](const Setting& setting) {
         return json.contains(setting.key) ? "settings: " + quoted(setting.key) : std::string();
     });

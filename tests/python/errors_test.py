@@ -167,6 +167,18 @@ class Errors(unittest.TestCase):
             scene = sd.load(path)
             self.assertEqual(scene.argument, path)
             self.assertEqual(scene.frame(method="dag", size="8x8").run["scene"], os.path.basename(path))
+            with self.assertRaisesRegex(sd.InputError, "gone\udce9.glb: no such file"):
+                sd.load(os.fsdecode(os.path.join(os.fsencode(folder), b"gone\xe9.glb")))
+            costs = os.path.join(os.fsencode(folder), b"cost\xe9s.json")
+            with open(costs, "w") as file:
+                file.write("[]")
+            for given in (os.fsdecode(costs), pathlib.Path(os.fsdecode(costs))):
+                with self.assertRaisesRegex(sd.InputError, "is not a cost file"):
+                    scene.frame(method="hybrid", model="oracle", costs=given, size="8x8")
+            with self.assertRaisesRegex(sd.UsageError, "zero byte"):
+                scene.frame(method="hybrid", model="oracle", costs="a\0b", size="8x8")
+            with self.assertRaisesRegex(sd.UsageError, "must be a text"):
+                scene.frame(method="hybrid", model="oracle", costs=3, size="8x8")
 
     def test_remarks_are_warnings(self):
         with warnings.catch_warnings(record=True) as caught:
