@@ -127,7 +127,7 @@ private:
 
 void SceneReader::readMaterials() {
     masks_ = gltf::readMaterialMasks(document_, accessors_, scene_.alphaMasks);
-    textures_ = gltf::readBaseColorTextures(document_, accessors_, scene_.textures);
+    textures_ = gltf::readBaseColorTextures(document_, accessors_, masks_, scene_.textures);
     for (const OpacityMap& map : document_.opacityMaps)
         if (map.texture >= 0 && size_t(map.texture) < textures_.isTextureUsed.size())
             textures_.isTextureUsed[size_t(map.texture)] = 1;

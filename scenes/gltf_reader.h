@@ -26,6 +26,7 @@ struct Document {
     tinygltf::Model model;
     std::vector<OpacityMap> opacityMaps;        ///< one a material; empty: a glTF file has none
     std::vector<int> firstAlike;                ///< of each image: the first of the same source
+    std::map<int, std::string> imageProblems;   ///< of images: why their data URI cannot be read
     uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
     uint64_t surplusBytes = 0;                  ///< of a .glb after the length that it states
@@ -122,6 +123,9 @@ private:
     const tinygltf::Accessor& accessorAt(int accessor, const std::string& place) const;
     Source source(int bufferView, uint64_t byteOffset, uint64_t count, size_t elementBytes,
                   bool isStrideAllowed, const std::string& place) const;
+    void fill(int accessor, int componentCount, const std::string& place, float* values) const;
+    void requireComponents(int accessor, int componentCount, const std::string& place) const;
+    void chargeElements(int accessor, uint64_t elementBytes, const std::string& place);
     template <class Store>
     void visit(const tinygltf::Accessor& accessor, int componentCount, const std::string& place,
                const Store& store) const;
@@ -129,6 +133,7 @@ private:
     const Document& document_;
     uint64_t budgetBytes_;
     uint64_t usedBytes_ = 0, texelCount_ = 0, besideBytes_ = 0;
+    uint64_t zeroBytes_ = 0; // of usedBytes_: of accessors without a buffer view
     std::map<int, std::vector<glm::vec3>> positions_;
     std::map<std::pair<int, int>, std::vector<float>> floats_; // by accessor, components
 };
@@ -137,6 +142,7 @@ private:
 struct UvMapping {
     int texCoord = 0; ///< the set of texture coordinates
     glm::dmat3 uvFromAuthored{1.0};
+    bool operator==(const UvMapping&) const = default;
 };
 
 /// How a material uses its base colour texture.
@@ -212,10 +218,11 @@ struct MaterialTextures {
 
 /// Appends the base colour textures of all materials to `textures`, equal ones once, and returns
 /// which material has which. Images are decoded one at a time; those that are missing, damaged, of
-/// another format than PNG and JPEG, or beyond kMaxSceneTexels are left out with a warning. Throws
-/// Error kInput for a material that refers to what does not exist.
+/// another format than PNG and JPEG, beyond kMaxSceneTexels, or of a material whose mask has other
+/// texture coordinates, are left out with a warning. Throws Error kInput for a material that refers
+/// to what does not exist.
 MaterialTextures readBaseColorTextures(const Document& document, AccessorReader& accessors,
-                                       TextureSet& textures);
+                                       const MaterialMasks& masks, TextureSet& textures);
 
 /// The accessors that deform the vertices of a primitive.
 struct DeformAccessors {

@@ -124,7 +124,8 @@ std::vector<Skin> readSkins(const Document& document, AccessorReader& accessors)
                      "refers to node " + std::to_string(joint) + " of " +
                          std::to_string(document.model.nodes.size()));
         skin.joints = source.joints;
-        accessors.charge(skin.joints.size() * sizeof(glm::mat4), place);
+        // World keeps another matrix of each joint, in double.
+        accessors.charge(skin.joints.size() * (sizeof(glm::mat4) + sizeof(glm::dmat4)), place);
         skin.jointFromMesh.assign(skin.joints.size(), glm::mat4(1.0f));
         if (source.inverseBindMatrices != -1) {
             const std::string matrices = place + "/inverseBindMatrices";

@@ -162,6 +162,9 @@ ImageBytes readImageBytes(const Document& document, const AccessorReader& access
         bytes.count = count;
         return bytes;
     }
+    const auto problem = document.imageProblems.find(image);
+    if (problem != document.imageProblems.end())
+        fail(document, place, problem->second);
     if (source.image.empty())
         bytes.own = readBeside(document, source.uri, place);
     bytes.data = source.image.empty() ? bytes.own.data() : source.image.data();

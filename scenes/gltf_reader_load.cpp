@@ -3,6 +3,7 @@
 #include "scenes/gltf_reader_screen.h"
 
 #include "cuda/error.h"
+#include "scenes/data_uri.h"
 #include "scenes/input_file.h"
 #include "scenes/json_text.h"
 #include "scenes/printable.h"
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -72,6 +72,8 @@ struct FileAccess {
     SceneFolder folder;
     std::map<std::string, std::vector<uint64_t>> byteLengths; // of its buffers, in order
     std::map<std::string, int> readCounts;
+    std::map<std::string, DataUri*> dataUris; // by the path that tinygltf makes of their URI
+    std::string problem;                      // of the last file that could not be read
     uint64_t bytes = 0;
 };
 
@@ -81,7 +83,7 @@ bool bufferExists(const std::string& path, void* userData) {
     const FileAccess& access = *static_cast<FileAccess*>(userData);
     if (!path.starts_with(access.folder.join("")))
         return false;
-    if (access.byteLengths.contains(path))
+    if (access.byteLengths.contains(path) || access.dataUris.contains(path))
         return true; // readBuffer reports what is wrong with a buffer
     // Images are requested through the same callback, before it is known whether they are needed:
     // "not found" is only a warning.
@@ -102,46 +104,55 @@ std::string sameFilePath(const std::string& path, void*) {
     return path;
 }
 
-bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
-                void* userData) {
-    FileAccess& access = *static_cast<FileAccess*>(userData);
-    if (const std::string refusal = access.folder.refusalOf(path); !refusal.empty()) {
-        *error = refusal;
-        return false;
+// Reads what lies at a path. Returns why that cannot be read; "" if it was.
+std::string readPath(std::vector<unsigned char>& out, const std::string& path, FileAccess& access) {
+    if (const auto data = access.dataUris.find(path); data != access.dataUris.end()) {
+        out = std::move(data->second->bytes);
+        return data->second->problem;
     }
-    if (++access.readCounts[path] > kMaxReadsOfOneFile) {
-        *error = "referred to by more than " + std::to_string(kMaxReadsOfOneFile) + " buffers";
-        return false;
-    }
+    if (const std::string refusal = access.folder.refusalOf(path); !refusal.empty())
+        return refusal;
+    if (++access.readCounts[path] > kMaxReadsOfOneFile)
+        return "is referred to by more than " + std::to_string(kMaxReadsOfOneFile) +
+               " buffers; let them share one";
     std::error_code sizeError;
     const std::string filePath = access.folder.filePathOf(path);
-    if (const std::string why = access.folder.whyNoFile(filePath); !why.empty()) {
-        *error = why;
-        return false;
-    }
+    if (const std::string why = access.folder.whyNoFile(filePath); !why.empty())
+        return why;
     uint64_t size = std::filesystem::file_size(filePath, sizeError);
     // A file may be longer than its buffer (glTF 2.0, sec. 3.6.1.1); tinygltf accepts no such file.
     if (const auto found = access.byteLengths.find(path); found != access.byteLengths.end()) {
         const auto buffer = size_t(access.readCounts[path] - 1);
-        if (buffer < found->second.size())
-            size = std::min(size, found->second[buffer]);
+        if (buffer < found->second.size()) {
+            const uint64_t needed = found->second[buffer];
+            if (!sizeError && size < needed)
+                return "has " + std::to_string(size) + " bytes, but its buffer has " +
+                       std::to_string(needed) + "; fetch or export it again";
+            size = std::min(size, needed);
+        }
     }
     errno = 0;
     std::ifstream stream(filePath, std::ios::binary);
     if (!stream)
         refuseTooManyFiles(filePath, errno);
-    if (sizeError || !stream) {
-        *error = "cannot be read";
-        return false;
-    }
-    out->resize(size);
-    stream.read(reinterpret_cast<char*>(out->data()), std::streamsize(size));
-    if (uint64_t(stream.gcount()) != size) {
-        *error = "cannot be read completely";
-        return false;
-    }
+    if (sizeError || !stream)
+        return "cannot be read; check the disk";
+    out.resize(size);
+    stream.read(reinterpret_cast<char*>(out.data()), std::streamsize(size));
+    if (uint64_t(stream.gcount()) != size)
+        return "cannot be read completely; check the disk";
     access.bytes += size;
-    return true;
+    return "";
+}
+
+bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
+                void* userData) {
+    FileAccess& access = *static_cast<FileAccess*>(userData);
+    *error = readPath(*out, path, access);
+    if (error->empty())
+        return true;
+    access.problem = *error;
+    return false;
 }
 
 bool writeNothing(std::string* error, const std::string&, const std::vector<unsigned char>&,
@@ -180,22 +191,6 @@ bool keepImage(tinygltf::Image* image, int, std::string*, std::string*, int, int
     if (image->bufferView == -1 && count > 0)
         image->image.assign(bytes, bytes + count);
     return true;
-}
-
-// Source: RFC 3986, sec. 2.1.
-std::string decodeUri(const std::string& uri) {
-    std::string path;
-    for (size_t i = 0; i < uri.size(); ++i) {
-        unsigned value = 0;
-        if (uri[i] == '%' && i + 2 < uri.size() &&
-            std::from_chars(&uri[i + 1], &uri[i + 1] + 2, value, 16).ptr == &uri[i + 1] + 2) {
-            path += char(value);
-            i += 2;
-        } else {
-            path += uri[i];
-        }
-    }
-    return path;
 }
 
 // Returns the path of a URI, as tinygltf joins it.
@@ -260,27 +255,89 @@ void checkExtensions(Document& document) {
             document.ignoredExtensions.push_back(name);
 }
 
-// The first line of tinygltf's message; later lines may contain a whole data URI.
-std::string firstLine(const std::string& text) {
-    std::string line = text.substr(0, text.find('\n'));
-    std::replace(line.begin(), line.end(), '\0', '?'); // it would end the message
-    if (line.size() > 200)
-        line = line.substr(0, 200) + "...";
-    return line.empty() ? "tinygltf gives no reason" : line;
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+        text.replace(at, from.size(), to);
+    return text;
 }
 
-// Returns tinygltf's message in our words if it is that of its reader of JSON.
+// Returns whether tinygltf speaks of a list or of the document, not of an element.
+bool isOfNoElement(const std::string& said) {
+    return said.find("does not contain an JSON object") != std::string::npos ||
+           said.starts_with("\"asset\" object") || said.starts_with("Root element") ||
+           said.starts_with("JSON string");
+}
+
+// Returns what tinygltf says last, in our words. Lines before it are of values that it replaced.
+std::string reasonOf(const std::string& said) {
+    std::string text = replaced(replaced(said, "\n in ", " in "), ". \n'", " in '");
+    text.erase(text.find_last_not_of(" .\n") + 1);
+    text.erase(0, text.rfind('\n') + 1);
+    std::replace(text.begin(), text.end(), '\0', '?'); // it would end the message
+    std::replace(text.begin(), text.end(), '`', '\'');
+    for (const auto& [theirs, ours] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"' property is ", "' is "},
+             {"' field is ", "' is "},
+             {"does not contain an JSON object", "has something other than JSON objects"},
+             {"\"asset\" object not found in .gltf or not an object type",
+              "'version' is missing in the asset"},
+             {"Root element is not a JSON object", "its JSON is no object"},
+             {"JSON string too short", "its JSON is empty"}})
+        text = replaced(std::move(text), theirs, ours);
+    text = text.substr(0, text.find(" for image["));
+    if (text.size() > 200)
+        text = text.substr(0, 200) + "...";
+    return text.empty() ? "cannot be read" : text;
+}
+
+// Returns the element that tinygltf could not read, the first that it has not: "accessors/3: ". ""
+// if it read all.
+std::string unreadElement(const tinygltf::Model& model, const JsonSummary& summary) {
+    const std::array<size_t, kLists.size()> readCounts = {
+        model.buffers.size(),    model.bufferViews.size(), model.accessors.size(),
+        model.meshes.size(),     model.nodes.size(),       model.scenes.size(),
+        model.materials.size(),  model.images.size(),      model.textures.size(),
+        model.animations.size(), model.skins.size(),       model.samplers.size(),
+        model.cameras.size()};
+    for (size_t list = 0; list < kLists.size(); ++list)
+        if (readCounts[list] < summary.elementCounts[list])
+            return std::string(kLists[list]) + "/" + std::to_string(readCounts[list]) + ": ";
+    return "";
+}
+
+// Returns what is wrong with the indices of primitives, which tinygltf checks before it reads
+// nodes; "" if nothing is.
+std::string indicesProblem(const tinygltf::Model& model) {
+    for (size_t m = 0; m < model.meshes.size(); ++m)
+        for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+            const int indices = model.meshes[m].primitives[p].indices;
+            if (indices < 0)
+                continue;
+            const std::string place =
+                "meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p) + "/indices: ";
+            if (size_t(indices) >= model.accessors.size())
+                return place + "refers to accessor " + std::to_string(indices) + " of " +
+                       std::to_string(model.accessors.size());
+            const int view = model.accessors[size_t(indices)].bufferView;
+            if (view < 0 || size_t(view) >= model.bufferViews.size())
+                return place + "accessor " + std::to_string(indices) +
+                       (view < 0 ? std::string(" has no buffer view")
+                                 : " refers to buffer view " + std::to_string(view) + " of " +
+                                       std::to_string(model.bufferViews.size()));
+        }
+    return "";
+}
+
+// Returns the message of tinygltf's reader of JSON in our words.
 std::string jsonProblem(const std::string& said, std::string_view json) {
-    if (!said.starts_with("[json.exception."))
-        return said;
     const std::string number = "number overflow parsing ";
     if (const size_t at = said.find(number); at != std::string::npos)
-        return "the number " + said.substr(at + number.size()) + " is beyond 1.8e308";
+        return "the number " + said.substr(at + number.size(), 60) + " is beyond 1.8e308";
     unsigned line = 0, column = 0;
     const size_t place = said.find("line ");
     if (place == std::string::npos ||
         std::sscanf(said.c_str() + place, "line %u, column %u", &line, &column) != 2)
-        return said;
+        return "is not JSON; export the file again";
     size_t byte = 0;
     for (unsigned i = 1; i < line && byte < json.size(); ++i)
         byte = std::min(json.find('\n', byte), json.size() - 1) + 1;
@@ -288,6 +345,46 @@ std::string jsonProblem(const std::string& said, std::string_view json) {
            (column > 0 && isNoNumber(json, byte + column - 1)
                 ? "; JSON has no NaN and no Infinity: write a number"
                 : "; export the file again");
+}
+
+// Returns the buffer that tinygltf could not read, with its URI.
+std::string unreadBuffer(const tinygltf::Model& model, const JsonSummary& summary) {
+    const size_t buffer = model.buffers.size();
+    const std::string uri =
+        buffer < summary.buffers.size() ? summary.buffers[buffer].uri.substr(0, 80) : "";
+    return "buffers/" + std::to_string(buffer) + " ('" + uri + "'): ";
+}
+
+// Cuts what a data URI holds to the length of its buffer, which may end in padding. Throws if it is
+// shorter, or cannot be read.
+void fitToBuffer(const Document& document, DataUri& data, uint64_t byteLength,
+                 const std::string& place) {
+    if (!data.problem.empty())
+        fail(document, place, data.problem);
+    if (data.bytes.size() < byteLength)
+        fail(document, place,
+             "its data URI has " + std::to_string(data.bytes.size()) +
+                 " bytes, but its byteLength is " + std::to_string(byteLength) +
+                 "; export the file again");
+    data.bytes.resize(size_t(byteLength));
+}
+
+// Keeps why images within the text cannot be read, for materials that need them, and removes the
+// URIs that stood for those images.
+void takeImageProblems(Document& document, const FileAccess& access, const JsonSummary& summary) {
+    if (summary.dataUris.empty())
+        return;
+    for (size_t i = 0; i < document.model.images.size(); ++i) {
+        tinygltf::Image& image = document.model.images[i];
+        if (image.uri.empty())
+            continue;
+        const auto data = access.dataUris.find(pathBeside(access, image.uri));
+        if (data == access.dataUris.end())
+            continue;
+        image.uri.clear();
+        if (!data->second->problem.empty())
+            document.imageProblems[int(i)] = data->second->problem;
+    }
 }
 
 /// Returns for each image the first one of the same source: a part of a buffer, or a file.
@@ -360,9 +457,18 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     }
 
     FileAccess access(path);
-    for (const JsonSummary::Buffer& buffer : summary.buffers)
-        if (!buffer.uri.empty() && !buffer.uri.starts_with("data:"))
-            access.byteLengths[pathBeside(access, buffer.uri)].push_back(buffer.byteLength);
+    for (size_t i = 0; i < summary.dataUris.size(); ++i)
+        access.dataUris[pathBeside(access, "data:" + std::to_string(i))] = &summary.dataUris[i];
+    for (size_t i = 0; i < summary.buffers.size(); ++i) {
+        const JsonSummary::Buffer& buffer = summary.buffers[i];
+        const std::string place = "buffers/" + std::to_string(i);
+        const std::string filePath = buffer.uri.empty() ? "" : pathBeside(access, buffer.uri);
+        const auto data = access.dataUris.find(filePath);
+        if (data != access.dataUris.end())
+            fitToBuffer(document, *data->second, buffer.byteLength, place);
+        else if (!buffer.uri.empty())
+            access.byteLengths[filePath].push_back(buffer.byteLength);
+    }
     tinygltf::TinyGLTF loader;
     useOwnFileAccess(loader, access);
     loader.SetImageLoader(keepImage, nullptr);
@@ -380,17 +486,26 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, path + ": not enough memory to parse the file");
     } catch (const std::exception& e) {
-        error = e.what();
+        error = std::string_view(e.what()).starts_with("[json.exception.") ? e.what() : "";
     }
     // A missing extension explains other errors best.
     checkExtensions(document);
     if (!isLoaded) {
-        std::string reason =
-            jsonProblem(firstLine(error),
-                        {reinterpret_cast<const char*>(bytes.data()) + json.from, json.bytes});
-        if (reason.starts_with("'count' property")) // of the accessor after those that were read
-            reason = "accessors/" + std::to_string(document.model.accessors.size()) + ": " +
-                     reason + "; it counts elements: export the file again";
+        std::string reason;
+        if (error.starts_with("[json.exception.type_error"))
+            reason = unreadElement(document.model, summary) +
+                     "has a value of another type than glTF gives it; export the file again";
+        else if (error.starts_with("[json.exception."))
+            reason =
+                jsonProblem(error.substr(0, error.find('\n')),
+                            {reinterpret_cast<const char*>(bytes.data()) + json.from, json.bytes});
+        else if (error.find("File read error") != std::string::npos && !access.problem.empty())
+            reason = unreadBuffer(document.model, summary) + access.problem;
+        else if (const std::string indices = indicesProblem(document.model); !indices.empty())
+            reason = indices + "; export the file again";
+        else
+            reason = (isOfNoElement(error) ? "" : unreadElement(document.model, summary)) +
+                     reasonOf(error) + "; export the file again";
         for (const std::string& name : document.model.extensionsUsed)
             if (!contains(kColorExtensions, name) && !contains(kSupportedExtensions, name))
                 reason += "; it uses " + unsupported(name);
@@ -404,6 +519,7 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
         fail(document, "asset.minVersion",
              "'" + asset.minVersion.substr(0, 20) + "'; only glTF 2.0 is supported");
     document.inputBytes += access.bytes;
+    takeImageProblems(document, access, summary);
     unpackMeshopt(document);
     unpackDraco(document);
     document.firstAlike = firstImagesAlike(document.model);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/gltf_reader_screen.h"
 
+#include "scenes/data_uri.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cstring>
@@ -13,11 +15,34 @@ namespace {
 
 // Deeper than any glTF; tinygltf recurses over what nests.
 constexpr int kMaxDepth = 256;
-// tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
-// scenes that exporters write, and cost what a workstation has.
+// More than the largest scenes that exporters write.
 constexpr uint64_t kMaxObjectCount = 2'000'000;
 // Each takes tinygltf 2.5 KB, however short it is; large scenes have hundreds.
 constexpr uint64_t kMaxMaterialCount = 16'384;
+
+// Elements of glTF become objects of hundreds of bytes, however short their text is. As accessors
+// may (gltf_reader_accessors.cpp), they may take 64 times the text that states them; files of a
+// million honest elements take half of that.
+constexpr uint64_t kParsedGrowthLimit = 64;
+constexpr uint64_t kFreeParsedBytes = 64u << 20;
+
+/// What an element of a list takes at most, as measured: tinygltf's object, three times while its
+/// vector grows, its JSON, and what Scene has of it. Objects within it are counted for themselves.
+struct ElementCost {
+    std::string_view list; ///< of the document
+    int depth;             ///< of the list that the element is in
+    uint64_t bytes;
+};
+constexpr ElementCost kElementCosts[] = {
+    {"nodes", 2, 1500},      {"meshes", 2, 1350},      {"meshes", 4, 1700},
+    {"scenes", 2, 1100},     {"bufferViews", 2, 1650}, {"accessors", 2, 1900},
+    {"images", 2, 1200},     {"textures", 2, 1050},    {"samplers", 2, 1050},
+    {"skins", 2, 1700},      {"buffers", 2, 1650},     {"animations", 2, 1150},
+    {"animations", 4, 1800}, {"cameras", 2, 4000},     {"extensions", 4, 2200},
+};
+constexpr uint64_t kObjectBytes = 200; // of JSON, anywhere else
+constexpr uint64_t kValueBytes = 300;  // within "extensions", whose values tinygltf keeps
+constexpr uint64_t kKeptObjectBytes = 600;
 
 /// A part of the text; empty where there is none.
 struct Span {
@@ -47,6 +72,7 @@ public:
                 break;
             }
             case '{':
+                addElement();
                 if (++objectCount_ > kMaxObjectCount)
                     fail(document_, "JSON",
                          "more than " + std::to_string(kMaxObjectCount) +
@@ -58,6 +84,7 @@ public:
                 beginObject();
                 [[fallthrough]];
             case '[':
+                addValue();
                 if (++depth_ > kMaxDepth)
                     fail(document_, "JSON",
                          "nested deeper than " + std::to_string(kMaxDepth) + " levels at byte " +
@@ -68,10 +95,13 @@ public:
                 [[fallthrough]];
             case ']':
                 endExtras(i);
+                endExtensions();
                 --depth_;
                 break;
             case ',':
                 endExtras(i);
+                endExtensions();
+                addValue();
                 break;
             default:
                 break;
@@ -95,10 +125,15 @@ private:
                      "the top-level key \"" + std::string(key) +
                          "\" contains escape sequences; write it without");
             topKey_ = key;
+            list_ = listOf(key);
         }
         if (topKey_ == "extensions" && depth_ == 2)
             extension_ = key;
+        if (key == "extensions" && extensionsDepth_ < 0)
+            extensionsDepth_ = depth_;
         checkType(key, skipSpace(colon + 1));
+        if (key == "uri" && depth_ == 3 && (topKey_ == "buffers" || topKey_ == "images"))
+            takeDataUri(skipSpace(colon + 1));
         if (topKey_ == "buffers" && !summary_.buffers.empty())
             takeBufferKey(key, start, skipSpace(colon + 1));
         if (topKey_ == "meshes" && depth_ == 5) {
@@ -153,10 +188,95 @@ private:
                 std::from_chars(text_ + value, text_ + length_, buffer.byteLength).ptr;
             byteLength_ = {value, size_t(end - text_)};
         } else if (key == "uri" && value < length_ && text_[value] == '"') {
+            buffer.uri.clear();
             for (++value; value < length_ && text_[value] != '"'; ++value)
                 if (text_[value] != '\\') // of "\/" alone; other escapes match no file
                     buffer.uri += text_[value];
         }
+    }
+
+    /// Takes the data out of a string that is a data URI and leaves a short URI in its place, which
+    /// is no name of a file.
+    void takeDataUri(size_t value) {
+        if (value >= length_ || text_[value] != '"')
+            return;
+        const size_t from = value + 1;
+        size_t end = from;
+        while (end < length_ && text_[end] != '"')
+            end += text_[end] == '\\' ? 2 : 1;
+        if (end >= length_ || !isDataUri({text_ + from, end - from}))
+            return;
+        DataUri data = decodeDataUri(unescaped({text_ + from, end - from}));
+        const std::string name = "data:" + std::to_string(summary_.dataUris.size());
+        if (name.size() > end - from) // no room: it is too short for any data
+            fail(document_, std::string(topKey_) + "/" + std::to_string(elementCount() - 1),
+                 data.problem);
+        std::copy(name.begin(), name.end(), text_ + from);
+        text_[from + name.size()] = '"';
+        std::fill(text_ + from + name.size() + 1, text_ + end + 1, ' ');
+        summary_.dataUris.push_back(std::move(data));
+    }
+
+    /// Returns the text of a JSON string, but for escapes that no data URI needs.
+    static std::string unescaped(std::string_view text) {
+        std::string plain;
+        plain.reserve(text.size());
+        for (size_t i = 0; i < text.size(); ++i) {
+            unsigned code = 0;
+            if (text[i] != '\\' || i + 1 == text.size()) {
+                plain += text[i];
+            } else if (const char c = text[++i]; c == 'n' || c == 'r' || c == 't') {
+                plain += ' ';
+            } else if (c == 'u' && i + 4 < text.size() &&
+                       std::from_chars(&text[i + 1], &text[i + 1] + 4, code, 16).ptr ==
+                           &text[i + 1] + 4 &&
+                       code < 128) {
+                plain += char(code);
+                i += 4;
+            } else {
+                plain += c;
+            }
+        }
+        return plain;
+    }
+
+    static size_t listOf(std::string_view key) {
+        return size_t(std::find(kLists.begin(), kLists.end(), key) - kLists.begin());
+    }
+    /// Returns how many elements of the present list began.
+    uint64_t elementCount() const {
+        return list_ < kLists.size() ? summary_.elementCounts[list_] : 0;
+    }
+
+    /// With depth_ outside of the object that begins.
+    void addElement() {
+        if (depth_ == 2 && list_ < kLists.size())
+            ++summary_.elementCounts[list_];
+        uint64_t bytes = extensionsDepth_ >= 0 ? kKeptObjectBytes : kObjectBytes;
+        const bool isOfOtherExtension =
+            topKey_ == "extensions" && extension_ != "KHR_lights_punctual";
+        for (const ElementCost& cost : kElementCosts)
+            if (cost.depth == depth_ && cost.list == topKey_ && !isOfOtherExtension)
+                bytes = cost.bytes;
+        charge(bytes);
+    }
+
+    /// Of an array or an object that begins, or after a comma.
+    void addValue() {
+        if (extensionsDepth_ >= 0)
+            charge(kValueBytes);
+    }
+
+    void charge(uint64_t bytes) {
+        if (extrasDepth_ >= 0) // which are not parsed
+            return;
+        bytes_ += bytes;
+        if (bytes_ > kFreeParsedBytes + kParsedGrowthLimit * length_)
+            fail(document_, "JSON",
+                 "its objects would take more than " +
+                     std::to_string((kFreeParsedBytes + kParsedGrowthLimit * length_) >> 20) +
+                     " MiB, far more than such a text of " + std::to_string(length_) +
+                     " bytes explains; leave out those that are empty, or split the scene");
     }
 
     /// With depth_ outside of the object.
@@ -207,13 +327,20 @@ private:
         extrasDepth_ = -1;
     }
 
+    void endExtensions() {
+        if (depth_ == extensionsDepth_)
+            extensionsDepth_ = -1;
+    }
+
     const Document& document_;
     char* const text_;
     const size_t length_;
     JsonSummary summary_;
-    uint64_t objectCount_ = 0, materialCount_ = 0;
+    uint64_t objectCount_ = 0, materialCount_ = 0, bytes_ = 0;
     int depth_ = 0;
     std::string_view topKey_;      // of the root object
+    size_t list_ = kLists.size();  // of kLists
+    int extensionsDepth_ = -1;     // of an extensions value; -1: none
     std::string_view extension_;   // of its "extensions"
     size_t extrasFrom_ = 0;        // start of an extras value
     int extrasDepth_ = -1;         // its depth; -1: none

@@ -21,8 +21,9 @@ struct TextureSource {
 
 class TextureReader {
 public:
-    TextureReader(const Document& document, AccessorReader& accessors, TextureSet& textures)
-        : document_(document), accessors_(accessors), textures_(textures) {}
+    TextureReader(const Document& document, AccessorReader& accessors, const MaterialMasks& masks,
+                  TextureSet& textures)
+        : document_(document), accessors_(accessors), masks_(masks), textures_(textures) {}
 
     MaterialTextures read() {
         const tinygltf::Model& model = document_.model;
@@ -80,6 +81,12 @@ private:
         const size_t firstOfImage = textures_.textures.size();
         for (const TextureSource& source : sources) {
             const TextureUse& use = source.use;
+            const MaterialMask& mask = masks_.materials[source.material];
+            if (mask.mask != kNone && mask.needsUv && mask.uv != use.uv) {
+                leaveOut(source, "its texture and its opacity map have different texture "
+                                 "coordinates, and a vertex has one pair; give both the same");
+                continue;
+            }
             const auto known = std::find_if(textures_.textures.begin() + ptrdiff_t(firstOfImage),
                                             textures_.textures.end(), [&](const TextureInfo& t) {
                                                 return t.wrapU == use.wrapU &&
@@ -125,6 +132,7 @@ private:
 
     const Document& document_;
     AccessorReader& accessors_;
+    const MaterialMasks& masks_;
     TextureSet& textures_;
     MaterialTextures result_;
     uint64_t texelCount_ = 0;
@@ -134,8 +142,8 @@ private:
 } // namespace
 
 MaterialTextures readBaseColorTextures(const Document& document, AccessorReader& accessors,
-                                       TextureSet& textures) {
-    return TextureReader(document, accessors, textures).read();
+                                       const MaterialMasks& masks, TextureSet& textures) {
+    return TextureReader(document, accessors, masks, textures).read();
 }
 
 } // namespace shadowdag::gltf

@@ -6,14 +6,16 @@
 #include "scenes/scene.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace shadowdag {
 
-/// What poses a mesh at one time.
+/// What poses a mesh at one time. Its matrices are non-owning, because all nodes with the same skin
+/// share them.
 struct MeshPose {
-    std::vector<double> morphWeights;      ///< one a morph target
-    std::vector<glm::dmat4> worldFromMesh; ///< one a joint; one alone without a skin
+    std::vector<double> morphWeights;          ///< one a morph target
+    std::span<const glm::dmat4> worldFromMesh; ///< one a joint; one alone without a skin
     bool isSkinned = false;
 };
 

@@ -78,22 +78,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         stack.insert(stack.end(), children.rbegin(), children.rend());
     }
 
-    // Joints need not be in the scene.
-    std::vector<uint8_t> isPlaced = isNodeReachable_;
-    for (size_t i = 0, count = placedNodes_.size(); i < count; ++i) {
-        const int skin = scene.nodes[placedNodes_[i]].skin;
-        if (skin == kNone)
-            continue;
-        for (const int joint : scene.skins[skin].joints) {
-            const auto first = placedNodes_.end() - placedNodes_.begin();
-            for (int node = joint; node != kNone && !isPlaced[node];
-                 node = scene.nodes[node].parent) {
-                isPlaced[node] = 1;
-                placedNodes_.push_back(uint32_t(node));
-            }
-            std::reverse(placedNodes_.begin() + first, placedNodes_.end());
-        }
-    }
+    placeSkins();
 
     std::set<std::tuple<int, AnimationChannel::Path, uint32_t>> taken;
     for (const Animation& animation : scene.animations) {
@@ -112,6 +97,11 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         isNodeMoving_[node] =
             !nodeChannels_[node].empty() || (parent != kNone && isNodeMoving_[parent]);
     }
+    for (size_t s = 0; s < worldFromMeshOfSkin_.size(); ++s)
+        if (!worldFromMeshOfSkin_[s].empty())
+            isSkinMoving_[s] =
+                std::any_of(scene.skins[s].joints.begin(), scene.skins[s].joints.end(),
+                            [this](int joint) { return isNodeMoving_[joint] != 0; });
 
     // Sizes first: instancing multiplies what a small file holds.
     uint64_t vertexCount = 0, triangleCount = 0;
@@ -162,7 +152,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         instance.firstTriangle = uint32_t(triangles_.size());
         instance.triangleCount = uint32_t(mesh.triangles.size());
         instance.isMoving = isInstanceMoving(node);
-        const bool isMirrored = mirrors(poseOf(node).worldFromMesh.front());
+        const bool isMirrored = mirrors(worldFromMeshOf(node).front());
         for (size_t i = 0; i < mesh.triangles.size(); ++i) {
             glm::uvec3 t = mesh.triangles[i] + firstVertex;
             if (isMirrored)
@@ -228,7 +218,7 @@ void World::cutTriangles() {
         const Mesh& mesh = scene_->meshes[instance.mesh];
         const glm::uvec3 firstVertex(instance.firstVertex);
         const bool isMirrored = // at time 0, as corners
-            mirrors(poseOf(instance.node).worldFromMesh.front());
+            mirrors(worldFromMeshOf(instance.node).front());
         const auto [known, isNew] =
             firstCut.emplace(std::pair(instance.mesh, isMirrored), uint32_t(masks_.cuts.size()));
         uint32_t cut = known->second;
@@ -289,6 +279,29 @@ BaseColorView World::baseColors() const {
             viewOf(linearFromSrgb())};
 }
 
+/// Finds the skins that nodes of the scene have, and the nodes of their joints, which need not be
+/// in the scene.
+void World::placeSkins() {
+    worldFromMeshOfSkin_.resize(scene_->skins.size());
+    isSkinMoving_.assign(scene_->skins.size(), 0);
+    std::vector<uint8_t> isPlaced = isNodeReachable_;
+    for (size_t i = 0, count = placedNodes_.size(); i < count; ++i) {
+        const int skin = scene_->nodes[placedNodes_[i]].skin;
+        if (skin == kNone || !worldFromMeshOfSkin_[skin].empty())
+            continue;
+        worldFromMeshOfSkin_[skin].resize(scene_->skins[skin].joints.size());
+        for (const int joint : scene_->skins[skin].joints) {
+            const auto first = placedNodes_.end() - placedNodes_.begin();
+            for (int node = joint; node != kNone && !isPlaced[node];
+                 node = scene_->nodes[node].parent) {
+                isPlaced[node] = 1;
+                placedNodes_.push_back(uint32_t(node));
+            }
+            std::reverse(placedNodes_.begin() + first, placedNodes_.end());
+        }
+    }
+}
+
 void World::updateTransforms(bool movingOnly) {
     for (uint32_t node : placedNodes_) {
         if (movingOnly && !isNodeMoving_[node])
@@ -317,17 +330,30 @@ void World::updateTransforms(bool movingOnly) {
         worldFromNode_[node] =
             parent == kNone ? parentFromLocal : worldFromNode_[parent] * parentFromLocal;
     }
+    for (size_t s = 0; s < worldFromMeshOfSkin_.size(); ++s) {
+        if (movingOnly && !isSkinMoving_[s])
+            continue;
+        const Skin& skin = scene_->skins[s];
+        std::vector<glm::dmat4>& worldFromMesh = worldFromMeshOfSkin_[s];
+        for (size_t j = 0; j < worldFromMesh.size(); ++j)
+            worldFromMesh[j] = worldFromNode_[skin.joints[j]] * glm::dmat4(skin.jointFromMesh[j]);
+    }
 }
 
 bool World::isInstanceMoving(uint32_t node) const {
     const Node& n = scene_->nodes[node];
     if (!weightChannels_[node].empty())
         return true;
-    if (n.skin == kNone)
-        return isNodeMoving_[node];
-    const std::vector<int>& joints = scene_->skins[n.skin].joints;
-    return std::any_of(joints.begin(), joints.end(),
-                       [this](int joint) { return isNodeMoving_[joint] != 0; });
+    return n.skin == kNone ? isNodeMoving_[node] : isSkinMoving_[n.skin];
+}
+
+// Returns what places the mesh of a node at the current time: a matrix for each joint of its skin,
+// or one. They are the world's, until its time changes.
+std::span<const glm::dmat4> World::worldFromMeshOf(uint32_t node) const {
+    const int skin = scene_->nodes[node].skin;
+    if (skin == kNone)
+        return {&worldFromNode_[node], 1};
+    return worldFromMeshOfSkin_[skin];
 }
 
 // Returns how the mesh of a node is posed at the current time.
@@ -340,15 +366,8 @@ MeshPose World::poseOf(uint32_t node) const {
     for (const uint32_t c : weightChannels_[node])
         pose.morphWeights[channels_[c]->morphTarget] =
             double(sampleChannel(*channels_[c], timeSeconds_).x);
-    if (n.skin == kNone) {
-        pose.worldFromMesh = {worldFromNode_[node]};
-        return pose;
-    }
-    const Skin& skin = scene_->skins[n.skin];
-    for (size_t j = 0; j < skin.joints.size(); ++j)
-        pose.worldFromMesh.push_back(worldFromNode_[skin.joints[j]] *
-                                     glm::dmat4(skin.jointFromMesh[j]));
-    pose.isSkinned = true;
+    pose.worldFromMesh = worldFromMeshOf(node);
+    pose.isSkinned = n.skin != kNone;
     return pose;
 }
 

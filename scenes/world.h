@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -104,8 +105,10 @@ public:
     std::string lightHash() const;
 
 private:
+    void placeSkins();
     void updateTransforms(bool movingOnly);
     bool isInstanceMoving(uint32_t node) const;
+    std::span<const glm::dmat4> worldFromMeshOf(uint32_t node) const;
     MeshPose poseOf(uint32_t node) const;
     void placeVertices(const Instance& instance);
     void requireWithinReach(uint32_t node, const std::string& what) const;
@@ -126,7 +129,10 @@ private:
     std::vector<std::vector<uint32_t>> weightChannels_; // nodeCount; the same, of morph targets
     std::vector<const AnimationChannel*> channels_;     // one a (node, path, morph target)
     std::vector<glm::dmat4> worldFromNode_;             // nodeCount
-    std::vector<Light> placedLights_;                   // replace the authored ones when asked for
+    /// skinCount; of each joint at the current time. Empty: no node of the scene has the skin.
+    std::vector<std::vector<glm::dmat4>> worldFromMeshOfSkin_;
+    std::vector<uint8_t> isSkinMoving_; // skinCount; an animation moves a joint
+    std::vector<Light> placedLights_;   // replace the authored ones when asked for
     Box staticBounds_; // of staticTriangles_; of all triangles at time 0 when there are none
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;

@@ -77,6 +77,115 @@ TEST(GltfFuzz, WholeFileIsRead) {
     EXPECT_TRUE(survives(folder, richFile().json()) == false) << "the text alone has no buffer";
 }
 
+/// One kind of element, of which a file may have many in little text.
+struct Crowd {
+    const char *member, *first, *element, *last;
+};
+
+// Each is parsed into objects of hundreds of bytes.
+TEST(GltfFuzz, ManySmallElementsTakeNoMoreMemoryThanTheFilesSizeAllows) {
+    const test::TemporaryFolder folder;
+    for (const Crowd& crowd : {
+             Crowd{"nodes", "[", "{}", "]"},
+             Crowd{"nodes", "[", R"({"mesh":0})", "]"},
+             Crowd{"meshes", "[", "{}", "]"},
+             Crowd{"meshes", R"([{"primitives":[)", R"({"attributes":{"POSITION":0}})", "]}]"},
+             Crowd{"meshes", R"([{"primitives":[{"attributes":{"POSITION":0},"targets":[)", "{}",
+                   "]}]}]"},
+             Crowd{"scenes", "[", "{}", "]"},
+             Crowd{"scenes", R"([{"nodes":[)", "0", "]}]"},
+             Crowd{"bufferViews", "[", R"({"buffer":0,"byteLength":1})", "]"},
+             Crowd{"accessors", "[", R"({"componentType":5126,"count":1,"type":"VEC3"})", "]"},
+             Crowd{"images", "[", R"({"bufferView":0})", "]"},
+             Crowd{"textures", "[", "{}", "]"},
+             Crowd{"samplers", "[", "{}", "]"},
+             Crowd{"skins", "[", R"({"joints":[0]})", "]"},
+             Crowd{"skins", R"([{"joints":[)", "0", "]}]"},
+             Crowd{"animations", "[", "{}", "]"},
+             Crowd{"animations", R"([{"channels":[)",
+                   R"({"sampler":0,"target":{"node":0,"path":"scale"}})", R"(],"samplers":[]}])"},
+             Crowd{"animations", R"([{"channels":[],"samplers":[)", R"({"input":0,"output":0})",
+                   "]}]"},
+             Crowd{"cameras", "[", R"({"type":"perspective","perspective":{"yfov":1,"znear":1}})",
+                   "]"},
+             Crowd{"extensions", R"({"KHR_lights_punctual":{"lights":[)", R"({"type":"point"})",
+                   "]}}"},
+             Crowd{"extensions", R"({"a":{"b":[)", "0", "]}}"},
+             Crowd{"extensions", R"({"a":{"b":[)", R"({"c":0})", "]}}"},
+             Crowd{"nodes", R"([{"extensions":{"a":{"b":[)", R"("")", "]}}}]"},
+             Crowd{"unknown", "[", "{}", "]"},
+             Crowd{"unknown", "[", "[]", "]"},
+         }) {
+        test::GltfParts parts = test::triangleFile();
+        constexpr size_t kTextBytes = 2 << 20;
+        std::string text = std::string(crowd.first) + crowd.element;
+        while (text.size() < kTextBytes)
+            text += std::string(",") + crowd.element;
+        parts.set(crowd.member, text + crowd.last);
+        const std::string path = folder.write("f.glb", parts.glb());
+        std::string message;
+        test::resetAllocationPeak();
+        try {
+            readGltf(path);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << error.what();
+            message = error.what();
+        }
+        EXPECT_LE(test::allocationPeakBytes(), (64u << 20) + 64 * parts.glb().size())
+            << crowd.member << " " << crowd.element << " " << message;
+    }
+}
+
+TEST(GltfFuzz, ManyElementsAsExportersWriteThemAreRead) {
+    const test::TemporaryFolder folder;
+    test::GltfParts parts = test::triangleFile();
+    std::string nodes = R"([{"mesh":0})";
+    constexpr size_t kNodes = 150'000;
+    for (size_t i = 1; i < kNodes; ++i)
+        nodes += R"(,{"mesh":0,"translation":[1,2,3]})";
+    parts.set("nodes", nodes + "]");
+    EXPECT_EQ(readGltf(folder.write("f.glb", parts.glb())).nodes.size(), kNodes);
+}
+
+// An accessor without a buffer view is all zeros, of which a file may claim any number.
+TEST(GltfFuzz, ZerosTakeNoMoreMemoryThanTheFilesSizeAllows) {
+    const test::TemporaryFolder folder;
+    constexpr uint64_t kFillBytes = 4u << 20;
+    const auto readWith = [&](uint64_t zeroCount, uint64_t sparseCount) {
+        test::GltfParts parts = test::triangleFile();
+        parts.binary.resize(kFillBytes);
+        const std::string zeros =
+            R"({"componentType":5126,"type":"VEC3","count":)" + std::to_string(zeroCount);
+        const std::string sparse =
+            R"(,"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},)"
+            R"("values":{"bufferView":0}})";
+        std::string accessors =
+            R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
+            R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},)";
+        accessors += zeros + (sparseCount > 0 ? sparse : "") + "}]";
+        parts.set("accessors", accessors)
+            .set("buffers", "[{\"byteLength\":" + std::to_string(kFillBytes) + "}]")
+            .set("meshes", R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1},)"
+                           R"({"attributes":{"POSITION":2},"indices":1}]}])");
+        const std::string path = folder.write("f.glb", parts.glb());
+        test::resetAllocationPeak();
+        readGltf(path);
+    };
+    for (const uint64_t sparse : {0, 1}) {
+        EXPECT_NO_THROW(readWith(16 * kFillBytes / 12, sparse));
+        EXPECT_LE(test::allocationPeakBytes(), (64u << 20) + 32 * kFillBytes);
+        try {
+            readWith(48 * kFillBytes / 12, sparse);
+            ADD_FAILURE() << "was read in " << test::allocationPeakBytes() << " bytes";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_THAT(error.what(),
+                        testing::HasSubstr("f.glb: meshes/0/primitives/1/attributes/POSITION: "
+                                           "accessor 2 has no buffer view"));
+        }
+    }
+}
+
 TEST(GltfFuzz, EveryTruncationIsRefused) {
     const test::TemporaryFolder folder;
     const std::string whole = richFile().glb();

@@ -244,6 +244,48 @@ TEST(GltfMasks, ImagesAreFoundInBuffersInTheTextAndBesideTheFile) {
     }
 }
 
+TEST(GltfMasks, DataUrisOfEverySpellingAreRead) {
+    const std::string data = base64(greyAlphaPng());
+    std::string escaped; // as System.Text.Json and PHP write it
+    for (const char c : data)
+        escaped += c == '+' ? "\\u002B" : c == '/' ? "\\/" : std::string(1, c);
+    std::string percent, lines;
+    for (size_t i = 0; i < data.size(); ++i) {
+        percent += data[i] == '=' ? "%3D" : data[i] == '+' ? "%2b" : std::string(1, data[i]);
+        lines += data[i] + std::string(i % 76 == 75 ? "\\r\\n" : "");
+    }
+    const std::string unpadded = data.substr(0, data.find('='));
+    GltfParts parts = boardFile();
+    for (const std::string& uri :
+         {"DATA:image/png;base64," + data, "data:image/png;BASE64," + data, "data:;base64," + data,
+          "data:image/png;charset=utf-8;base64," + data, "data:image\\/png;base64," + escaped,
+          "data:application/x-anything;base64," + percent, "data:image/png;base64," + lines,
+          "data:image/png;base64," + unpadded}) {
+        parts.set("images", "[{\"uri\":\"" + uri + "\"}]");
+        EXPECT_EQ(maskOf(readParts(parts)), "##/..") << uri;
+    }
+}
+
+TEST(GltfMasks, DataUrisThatCannotBeReadAreRefusedByTheirImage) {
+    const std::string data = base64(greyAlphaPng());
+    GltfParts parts = boardFile();
+    for (const auto& [uri, problem] : std::vector<std::pair<std::string, std::string>>{
+             {"data:image/png," + data, "its data URI is not base64"},
+             {"data:image/svg+xml;utf8,<svg/>", "its data URI is not base64"},
+             {"data:image/png;base64", "its data URI has no comma before its data"},
+             {"data:image/png;base64,", "its data URI is empty"},
+             {"data:image/png;base64,AAAA!AAA", "its data URI has '!' in its base64"},
+             {"data:image/png;base64,AAAAA", "its data URI ends within a byte"},
+         }) {
+        parts.set("images", "[{\"uri\":\"" + uri + "\"}]");
+        EXPECT_THAT(messageOf(parts), HasSubstr("t.glb: images/0: " + problem)) << uri;
+    }
+    // Of colours alone it is a warning.
+    parts.set("materials", R"([{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])");
+    EXPECT_THAT(readParts(parts).warnings,
+                testing::ElementsAre(HasSubstr("images/0: its data URI ends within a byte")));
+}
+
 TEST(GltfMasks, EqualMasksAreKeptOnceAndSharedImagesDecodeAlike) {
     GltfParts parts = boardFile();
     std::string list;

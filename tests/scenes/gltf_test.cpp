@@ -74,6 +74,25 @@ TEST(Gltf, TextFileWithDataUriIsRead) {
     EXPECT_EQ(scene.meshes.at(0).positions, std::vector<glm::vec3>(3, glm::vec3(0.0f)));
 }
 
+TEST(Gltf, DataUrisOfBuffersHaveTheirMessages) {
+    GltfParts parts = triangleFile();
+    parts.set("meshes", R"([{"primitives":[{"attributes":{"POSITION":0}}]}])");
+    const auto messageWith = [&](const std::string& uri) {
+        parts.set("buffers", R"([{"byteLength":36,"uri":")" + uri + "\"}]");
+        return messageOf("t.gltf", parts.json());
+    };
+    const std::string zeros(48, 'A');
+    for (const char* header : {"DATA:application/octet-stream;base64,", "data:;base64,",
+                               "data:application/octet-stream;charset=binary;Base64,"})
+        EXPECT_EQ(messageWith(header + zeros), "no error") << header;
+    EXPECT_EQ(messageWith("data:;base64," + zeros + "AAAA"), "no error") << "longer than stated";
+    EXPECT_THAT(messageWith("data:;base64," + zeros.substr(4)),
+                HasSubstr("t.gltf: buffers/0: its data URI has 33 bytes, but its byteLength is 36; "
+                          "export the file again"));
+    EXPECT_THAT(messageWith("data:text/plain," + zeros),
+                HasSubstr("t.gltf: buffers/0: its data URI is not base64"));
+}
+
 TEST(Gltf, PositionsAreWithinTheirLimit) {
     for (const float x : {1e9f, -1e9f, 1.000001e9f, 1e20f, -1e29f}) {
         GltfParts parts = triangleFile();
@@ -814,18 +833,51 @@ TEST(Gltf, AbsentFilesHaveTheirMessages) {
     parts = triangleFile();
     parts.set("accessors", R"([{"bufferView":0,"componentType":5126,"count":-3,"type":"VEC3"}])");
     EXPECT_THAT(message(folder.write("t.glb", parts.glb())),
-                HasSubstr("accessors/0: 'count' property is not a positive integer"));
+                HasSubstr("accessors/0: 'count' is not a positive integer"));
     parts = triangleFile();
     parts.set("buffers", R"([{"byteLength":44,"uri":"absent.bin"}])");
     EXPECT_THAT(message(folder.write("t.gltf", parts.json())), HasSubstr("absent.bin"));
     folder.write("short.bin", "123");
     parts.set("buffers", R"([{"byteLength":44,"uri":"short.bin"}])");
-    EXPECT_THAT(message(folder.write("t.gltf", parts.json())), HasSubstr("size mismatch"));
+    EXPECT_THAT(message(folder.write("t.gltf", parts.json())),
+                HasSubstr("buffers/0 ('short.bin'): has 3 bytes, but its buffer has 44; fetch"));
     parts.set("buffers",
               R"([{"byteLength":3,"uri":"short.bin"},{"byteLength":3,"uri":"short.bin"},)"
               R"({"byteLength":3,"uri":"short.bin"},{"byteLength":3,"uri":"short.bin"},)"
               R"({"byteLength":3,"uri":"short.bin"}])");
     EXPECT_THAT(message(folder.write("t.gltf", parts.json())), HasSubstr("more than 4 buffers"));
+}
+
+// The parser's own messages name no place and use its own words.
+TEST(Gltf, WhatCannotBeParsedIsNamedByItsPlaceAndARemedy) {
+    struct Case {
+        const char *member, *json, *message;
+    };
+    for (const Case& c : {
+             Case{"accessors",
+                  R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},{"count":3}])",
+                  "accessors/1: 'componentType' is missing"},
+             Case{"accessors", R"([{"bufferView":0,"componentType":5126,"type":"VEC3"}])",
+                  "accessors/0: 'count' is missing"},
+             Case{"bufferViews", R"([{"buffer":0,"byteLength":36},{"buffer":0}])",
+                  "bufferViews/1: "},
+             Case{"buffers", R"([{}])", "buffers/0: 'byteLength' is missing"},
+             Case{"buffers", R"([3])", "'buffers' has something other than JSON objects"},
+             Case{"meshes", R"([{"primitives":[{"attributes":{"POSITION":0},"indices":7}]}])",
+                  "meshes/0/primitives/0/indices: refers to accessor 7 of 2"},
+             Case{"images", R"([{"uri":"a.png"},{}])", "images/1: "},
+             Case{"skins", R"([{}])", "skins/0: cannot be read"},
+             Case{"cameras", R"([{"type":"perspective"}])", "cameras/0: "},
+             Case{"asset", R"({"generator":"x"})", "'version' is missing in the asset"},
+         }) {
+        GltfParts parts = triangleFile();
+        const std::string message = messageOf(parts.set(c.member, c.json));
+        EXPECT_THAT(message,
+                    HasSubstr(std::string("t.glb: not a readable glTF 2.0 file: ") + c.message));
+        EXPECT_THAT(message, testing::EndsWith("; export the file again")) << c.json;
+        for (const char* word : {"property", "`", "\n", "ParseAccessor", "tinygltf"})
+            EXPECT_THAT(message, testing::Not(HasSubstr(word))) << c.json;
+    }
 }
 
 TEST(Gltf, UnreasonableTextIsRefusedBeforeItIsParsed) {

@@ -153,6 +153,46 @@ TEST(GltfTextures, WhatCannotBeShownIsAWarningThatNamesTheMaterial) {
     expectWarning(parts, "its texture: has an image only by an extension");
 }
 
+// A vertex has one pair of texture coordinates, which the mask needs.
+TEST(GltfTextures, ATextureWithOtherCoordinatesThanItsMaterialsMaskIsAWarning) {
+    GltfParts parts = boardFile();
+    parts.set("materials", R"([{"name":"bark","alphaMode":"MASK","pbrMetallicRoughness":)"
+                           R"({"baseColorTexture":{"index":0}}},{}])");
+    const std::string bytes = parts.glb();
+    const auto readWith = [&](const OpacityMap& map) {
+        const test::TemporaryFolder folder;
+        return readGltf(folder.path("t.obj"), {{bytes.begin(), bytes.end()}, {map, {}}, {}});
+    };
+    OpacityMap map;
+    map.texture = 0;
+    map.mayBeGrey = 1;
+    const Scene alike = readWith(map);
+    EXPECT_NE(alike.materials[1].alphaMask, kNone);
+    EXPECT_NE(alike.materials[1].baseColorTexture, kNone);
+    EXPECT_THAT(alike.warnings, testing::IsEmpty());
+    OpacityMap scaled = map, moved = map, other = map;
+    scaled.uvScale = {2, 2};
+    moved.uvOffset = {0, 0.5f};
+    other.texCoord = 1;
+    for (const OpacityMap& unlike : {scaled, moved, other}) {
+        const Scene scene = readWith(unlike);
+        EXPECT_NE(scene.materials[1].alphaMask, kNone);
+        EXPECT_EQ(scene.materials[1].baseColorTexture, kNone);
+        ASSERT_EQ(scene.warnings.size(), 1u);
+        EXPECT_THAT(scene.warnings[0],
+                    HasSubstr("materials/0 ('bark') has its base colour factor alone: its texture "
+                              "and its opacity map have different texture coordinates"));
+    }
+    // A mask that cuts nothing needs no coordinates.
+    parts.set("materials", R"([{"alphaMode":"MASK","alphaCutoff":0,"pbrMetallicRoughness":)"
+                           R"({"baseColorTexture":{"index":0}}},{}])");
+    const std::string whole = parts.glb();
+    const test::TemporaryFolder folder;
+    const Scene uncut =
+        readGltf(folder.path("t.obj"), {{whole.begin(), whole.end()}, {scaled, {}}, {}});
+    EXPECT_NE(uncut.materials[1].baseColorTexture, kNone);
+}
+
 TEST(GltfTextures, ImagesOfOneSourceAreOne) {
     GltfParts parts = boardFile();
     std::string images, textures, materials;

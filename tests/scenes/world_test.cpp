@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <limits>
 #include <stdexcept>
 
@@ -345,6 +346,57 @@ TEST(World, CoordinatesAreWithinTheirLimit) {
             EXPECT_THAT(messageOf(far), HasSubstr("node 0 places its camera at (")) << axis;
         }
     }
+}
+
+// As many nodes as joints: a set of matrices for each node would take minutes.
+TEST(World, NodesWithOneSkinShareItsMatrices) {
+    constexpr int kNodes = 20'000;
+    Scene scene = triangles(kNodes);
+    scene.meshes[0].jointsPerVertex = 1;
+    scene.meshes[0].jointWeights = {{0, 1.0f}, {1, 1.0f}, {kNodes - 1, 1.0f}};
+    scene.skins.resize(1);
+    for (int i = 0; i < kNodes; ++i) {
+        scene.nodes[size_t(i)].skin = 0;
+        scene.nodes[size_t(i)].local.translation = glm::vec3(0, 0, i);
+        scene.skins[0].joints.push_back(i);
+    }
+    scene.skins[0].jointFromMesh.assign(kNodes, glm::mat4(1.0f));
+    scene.animations = {{"a", {glide(1, {0, 8, 0})}}};
+    const std::clock_t start = std::clock();
+    World world(scene, {});
+    EXPECT_EQ(world.setTime(1.0f).size(), size_t(kNodes));
+    EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0);
+    for (const size_t instance : {size_t(0), size_t(kNodes - 1)}) {
+        EXPECT_EQ(world.triangles().vertex(instance, 0), glm::vec3(0, 0, 0));
+        EXPECT_EQ(world.triangles().vertex(instance, 1), glm::vec3(1, 8, 0));
+        EXPECT_EQ(world.triangles().vertex(instance, 2), glm::vec3(0, 1, kNodes - 1));
+    }
+}
+
+// Joints may be outside of the scene, and each skin moves by its own.
+TEST(World, EachSkinHasTheMatricesOfItsOwnJoints) {
+    Scene scene = triangles(3);
+    scene.meshes[0].jointsPerVertex = 1;
+    scene.meshes[0].jointWeights.assign(3, {0, 1.0f});
+    scene.nodes.resize(6); // 3 to 5: joints, 4 below 3
+    for (const int joint : {3, 4, 5})
+        scene.nodes[size_t(joint)].local.translation = glm::vec3(joint, 0, 0);
+    scene.nodes[3].children = {4};
+    scene.nodes[4].parent = 3;
+    for (int s = 0; s < 3; ++s) {
+        scene.nodes[size_t(s)].skin = s;
+        scene.skins.push_back({"", {3 + s}, {glm::mat4(1.0f)}});
+    }
+    scene.animations = {{"a", {glide(3, {0, 0, 8})}}};
+    World world(scene, {});
+    const auto firstCorner = [&](size_t triangle) { return world.triangles().vertex(triangle, 0); };
+    EXPECT_EQ(firstCorner(0), glm::vec3(0, 0, 0));
+    EXPECT_EQ(firstCorner(1), glm::vec3(4, 0, 0));
+    EXPECT_EQ(firstCorner(2), glm::vec3(5, 0, 0));
+    EXPECT_EQ(world.setTime(1.0f), (std::vector<uint32_t>{0, 1}));
+    EXPECT_EQ(firstCorner(0), glm::vec3(0, 0, 8));
+    EXPECT_EQ(firstCorner(1), glm::vec3(4, 0, 8));
+    EXPECT_EQ(firstCorner(2), glm::vec3(5, 0, 0));
 }
 
 TEST(World, PlacedLightsReplaceAuthoredOnes) {
