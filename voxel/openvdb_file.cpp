@@ -3,6 +3,7 @@
 #include "voxel/openvdb_file.h"
 
 #include "cuda/error.h"
+#include "cuda/thread_refusal.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "scenes/write_remedy.h"
@@ -122,6 +123,8 @@ void runWriter(const std::string& path, const OutputFile& file, const VdbWriter&
                                               (failure ? std::strerror(failure) : error.what()) +
                                               "; " + writeRemedy(failure));
     } catch (const std::exception& error) {
+        if (saysNoThread(error)) // which is not of the disk
+            throw;
         throw Error(ErrorKind::kResource,
                     path + ": cannot be written: " + error.what() + "; " + writeRemedy(errno));
     }

@@ -4,6 +4,7 @@
 #include "voxel/openvdb_module.h"
 
 #include "cuda/error.h"
+#include "cuda/thread_refusal.h"
 #include "voxel/nanovdb_file.h"
 
 // NanoVDB compresses with these if they are defined.
@@ -344,6 +345,8 @@ VdbSource readOpenVdbFrom(std::istream& in, uint64_t byteCount, const std::strin
     } catch (const std::ios_base::failure&) {
         throw damaged("it ends too early");
     } catch (const std::exception& error) {
+        if (saysNoThread(error))
+            throw;
         throw damaged(error.what());
     }
 }

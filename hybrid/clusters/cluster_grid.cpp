@@ -9,10 +9,7 @@
 
 namespace shadowdag {
 
-std::vector<float> makeSliceTable(const ViewRays& view) {
-    const double ratio = 1.0 + kTileSize * view.pixelSize;
-    // Checked before the loop, which would take time proportional to the table, or be endless at a
-    // ratio of 1.
+void checkClusterGrid(const ViewRays& view) {
     const double sliceCount =
         std::ceil(std::log(view.zfar / view.znear) / std::log1p(kTileSize * view.pixelSize));
     const double cellCount = sliceCount * clusterGrid(view, {}).tileCount();
@@ -25,6 +22,13 @@ std::vector<float> makeSliceTable(const ViewRays& view) {
                         " m; at most " + std::to_string(kMaxCellCount) +
                         " are supported: widen the field of view, bring the planes together, or "
                         "use fewer pixels");
+}
+
+std::vector<float> makeSliceTable(const ViewRays& view) {
+    // Before the loop, which would take time proportional to the table, or be endless at a ratio
+    // of 1.
+    checkClusterGrid(view);
+    const double ratio = 1.0 + kTileSize * view.pixelSize;
     std::vector<float> starts;
     for (double z = view.znear; z < view.zfar || starts.empty(); z *= ratio)
         if (starts.empty() || float(z) > starts.back()) // a tiny tile may not move a float

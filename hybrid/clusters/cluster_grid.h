@@ -55,10 +55,13 @@ struct ClusterGridView {
     SDAG_HD uint32_t sliceOfCell(uint32_t cell) const { return cell % sliceCount(); }
 };
 
+/// Throws Error kResource if the grid of a view would have more than kMaxCellCount cells. It
+/// depends on the camera and the size alone, so it can be checked before any pixel is drawn.
+void checkClusterGrid(const ViewRays& view);
+
 /// Returns the slice starts of a view: each slice is deeper than the one before by the factor that
 /// makes a cell as deep as its tile is high, z[k + 1] = z[k] * (1 + kTileSize * pixelSize),
-/// multiplied up in double, rounded once. Throws Error kResource when the grid would have more than
-/// kMaxCellCount cells.
+/// multiplied up in double, rounded once. Throws as checkClusterGrid does.
 std::vector<float> makeSliceTable(const ViewRays& view);
 
 /// Returns the grid of a view over a slice table, which must outlive it.

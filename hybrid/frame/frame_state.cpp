@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/frame_state.h"
 
+#include "hybrid/clusters/cluster_grid.h"
+
 namespace shadowdag {
 
 FrameState::FrameState(Backend backend, const World& world, const Dag& dag,
@@ -30,6 +32,7 @@ FrameOptions FrameState::accept(const FrameOptions& asked) const {
 }
 
 void FrameState::gather(const ViewRays& view, const FrameOptions& options, StageTimes& stages) {
+    checkClusterGrid(view);
     surface.draw(view, stages);
     clusters.gather(surface, view, options, stages);
 }

@@ -379,7 +379,7 @@ heldOutRegret(const ObservedFrames& frames, HeldOut heldOut,
 CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
     const ObservedFrames observed = pointersTo(frames);
     if (observed.empty())
-        throw Error(ErrorKind::kUsage, "costs cannot be fitted: no measured frame has a map; "
+        throw Error(ErrorKind::kInput, "costs cannot be fitted: no measured frame has a map; "
                                        "choose scenes and cameras that see lit surfaces");
     CostFit fit;
     fit.judgedBy = judgeOf(observed);

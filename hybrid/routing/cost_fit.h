@@ -91,7 +91,7 @@ struct CostFit {
     double threshold = 0; ///< texels, the best single one of all frames
 };
 
-/// Fits all of the frames. Throws Error kUsage when no frame has a map.
+/// Fits all of the frames. Throws Error kInput when no frame has a map.
 CostFit fitCosts(const std::vector<ObservedFrame>& frames);
 
 /// Returns a sum as text: "maps + samples", with coefficients that are not 0.

@@ -48,6 +48,26 @@ TEST(Frame, DagOfAnAllMovingSceneBlocksNothing) {
     EXPECT_NO_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1));
 }
 
+// It depends on the camera and the size, so no pixel need be drawn first.
+TEST(Frame, RefusesTooManyClusterCellsBeforeTheFirstStage) {
+    Stage stage(blockerScene({{0, 2, 0}}), 5);
+    Camera narrow = roomCamera();
+    narrow.yfov = kMinFieldOfView;
+    FrameOptions options = smallFrame();
+    options.width = 1;
+    options.height = 16384;
+    size_t stageCount = 0;
+    try {
+        stage.renderer.render(narrow, *makeCostModel("texels:inf"), options, [&] { ++stageCount; });
+        ADD_FAILURE() << "was rendered";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kResource);
+        EXPECT_THAT(error.what(), testing::HasSubstr("are supported: widen the field of view"));
+    }
+    EXPECT_EQ(stageCount, 0u);
+    EXPECT_THROW(stage.renderer.listPairs(narrow, options), Error);
+}
+
 TEST(Frame, RefusesContradictoryOptions) {
     Stage stage(blockerScene({{0, 2, 0}}), 5);
     const auto messageOf = [&](auto change) -> std::string {

@@ -5,6 +5,7 @@
 
 #include "cuda/error.h"
 #include "tests/voxel/voxel_sets.h"
+#include "voxel/openvdb_file.h"
 
 #define NANOVDB_USE_ZIP
 #include <gmock/gmock.h>
@@ -20,10 +21,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <stdexcept>
+#include <streambuf>
+#include <system_error>
 
 namespace shadowdag {
 namespace {
@@ -494,6 +500,41 @@ TEST(VdbFile, AGridLargerThanTheMachineIsRefused) {
         EXPECT_THAT(error.what(), HasSubstr("GiB of memory, this machine has"));
     }
     EXPECT_FALSE(std::filesystem::exists(file.path));
+}
+
+/// A stream that throws what a library throws while it reads.
+template <class Exception> class Throwing : public std::streambuf {
+public:
+    explicit Throwing(const Exception& exception) : exception_(exception) {}
+
+private:
+    int_type underflow() override { throw exception_; }
+    std::streamsize xsgetn(char*, std::streamsize) override { throw exception_; }
+    Exception exception_;
+};
+
+/// Returns the kind of the Error that readOpenVdb throws after an exception while it reads; nothing
+/// if it throws that exception itself.
+template <class Exception> std::optional<ErrorKind> kindAfter(const Exception& exception) {
+    Throwing<Exception> buffer(exception);
+    std::istream in(&buffer);
+    try {
+        readOpenVdb(in, 1000, "a.vdb", "");
+        ADD_FAILURE() << "was read";
+    } catch (const Error& error) {
+        return error.kind();
+    } catch (const Exception& thrown) {
+        EXPECT_STREQ(thrown.what(), exception.what());
+    }
+    return std::nullopt;
+}
+
+// The program reports it as a lack of resources, not as a damaged file.
+TEST(VdbFile, AThreadThatCannotStartIsNoFaultOfTheFile) {
+    const std::string no = "pthread_create has failed: Resource temporarily unavailable";
+    EXPECT_EQ(kindAfter(std::runtime_error(no)), std::nullopt);
+    EXPECT_EQ(kindAfter(std::system_error(EAGAIN, std::generic_category())), std::nullopt);
+    EXPECT_EQ(kindAfter(std::runtime_error("a value is wrong")), ErrorKind::kInput);
 }
 
 TEST(VdbFile, AFullDiskLeavesNoPartialFile) {

@@ -91,7 +91,7 @@ Json runDeviceBench(Backend backend, const World& world, const Camera& camera,
         const std::vector<DagSegment> rays = makeBenchRays(view, world, dag.grid, order).voxel;
         rayCount = rays.size();
         if (rayCount == 0)
-            throw Error(ErrorKind::kUsage,
+            throw Error(ErrorKind::kInput,
                         "bench voxel: no light reaches a view sample; use --lights N or --camera");
         DeviceRays onDevice(backend, rays);
         // Verified before anything is timed; this is also the warm-up.

@@ -126,7 +126,7 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     const BatchSet batches(world);
     const RasterBenchInputs inputs = makeRasterBenchInputs(world, camera, options);
     if (inputs.requests.empty())
-        throw Error(ErrorKind::kUsage,
+        throw Error(ErrorKind::kInput,
                     "bench raster: no light reaches a visible surface; use --lights N or --camera");
     ShadowMapOptions mapOptions;
     mapOptions.pageTexels = options.pageTexels;

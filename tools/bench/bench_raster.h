@@ -38,8 +38,8 @@ constexpr double kTexelTolerance = 1e-3;
 
 /// Verifies (the CPU's kernel against the shared code, bit for bit; depths against Embree along
 /// texel centres), then measures `repeats` builds on all threads. Returns the measurements as JSON,
-/// without provenance. Throws Error kUsage when no light reaches the view, kInput when a check
-/// fails; nothing is reported then.
+/// without provenance. Throws Error kInput when no light reaches the view or a check fails;
+/// nothing is reported then.
 Json runRasterBench(const World& world, const Camera& camera, const RasterBenchOptions& options,
                     const Console& console);
 

@@ -151,7 +151,7 @@ Json runShadingBench(const World& world, const Camera& camera, const ShadingBenc
         shaded.lookupCount(); // of the last; a run without any sets it to 0
     if (shaded.pairCount() == 0)
         throw Error(
-            ErrorKind::kUsage,
+            ErrorKind::kInput,
             "bench shading: no light reaches a visible surface; use --lights N or --camera");
     if (differing > 0)
         throw Error(ErrorKind::kInput,

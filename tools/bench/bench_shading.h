@@ -20,8 +20,8 @@ struct ShadingBenchOptions {
 /// for bit, and measures: the stages of frames whose maps are kept, on all threads, and the
 /// processor time of one thread for marking and colour and for lookups with 1, 4 and 9 taps,
 /// `repeats` times in turn after one round to warm up. Returns the measurements as JSON, without
-/// provenance. Throws Error kUsage when no light reaches the view, kInput when a lookup differs;
-/// nothing is reported then.
+/// provenance. Throws Error kInput when no light reaches the view or a lookup differs; nothing is
+/// reported then.
 Json runShadingBench(const World& world, const Camera& camera, const ShadingBenchOptions& options,
                      const Console& console);
 

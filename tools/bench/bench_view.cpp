@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/bench/bench_view.h"
 
+#include "hybrid/clusters/cluster_grid.h"
 #include "hybrid/clusters/pairs.h"
 #include "hybrid/gbuffer/view_rays.h"
 #include "scenes/batches.h"
@@ -14,6 +15,7 @@ namespace shadowdag {
 BenchView makeBenchView(const World& world, const Camera& camera, uint32_t width, uint32_t height) {
     BenchView view;
     const ViewRays rays = makeViewRays(camera, width, height);
+    checkClusterGrid(rays);
     const BatchSet batches(world);
     drawGBuffer(Backend::kCpu, world.triangles(), batches.view(), rays, view.gbuffer);
     buildClusters(Backend::kCpu, view.gbuffer.view(), rays, ClusterBounds::kTight, view.clusters);

@@ -138,7 +138,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
         rays.push_back(makeBenchRays(view, world, dag.grid, order));
     const size_t rayCount = rays[0].voxel.size();
     if (rayCount == 0)
-        throw Error(ErrorKind::kUsage,
+        throw Error(ErrorKind::kInput,
                     "bench voxel: no light reaches a view sample; use --lights N or --camera");
 
     // The DAG contains the static triangles, so the baselines must, too.

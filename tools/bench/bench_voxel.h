@@ -31,8 +31,8 @@ constexpr double kNanoVdbTolerance = 5e-3;
 
 /// Verifies the results, then measures: voxelizing on all threads; tracing on one, tracers
 /// interleaved. Returns the measurements as JSON (keys in the code, units in their names), without
-/// provenance. Throws Error kUsage when the view has no pairs, kInput when more results are wrong
-/// than tolerated; nothing is reported then.
+/// provenance. Throws Error kInput when the view has no pairs, or more results are wrong than
+/// tolerated; nothing is reported then.
 Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOptions& options,
                    const Console& console);
 

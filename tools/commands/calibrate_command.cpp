@@ -133,6 +133,21 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
     return measured;
 }
 
+/// Throws unless a map was measured, without which there is nothing to fit.
+void requireMaps(const Measured& measured, const CalibrateOptions& options) {
+    std::string scenes;
+    for (const ObservedFrame& frame : measured.frames) {
+        if (!frame.maps.empty())
+            return;
+        if (scenes.find(frame.scene) == std::string::npos)
+            scenes += (scenes.empty() ? "" : ", ") + frame.scene;
+    }
+    throw Error(ErrorKind::kInput,
+                (options.from.empty() ? scenes : options.from) +
+                    ": no light reaches what the camera sees, so no map was measured; choose a "
+                    "scene or a --camera that sees lit surfaces, or place lights with --lights");
+}
+
 std::string percent(const std::optional<Regret>& regret) {
     if (!regret)
         return "     -";
@@ -259,6 +274,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Measured measured = options.from.empty()
                                   ? measure(options, e, sizes, repeats, backend, console)
                                   : readObservations(options.from, provenance);
+    requireMaps(measured, options);
     if (!options.observations.empty())
         writeWholeFile(options.observations, jsonText({{"provenance", provenance},
                                                        {"experiment", toJson(e)},

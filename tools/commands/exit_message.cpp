@@ -2,6 +2,7 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
+#include "cuda/thread_refusal.h"
 #include "scenes/input_file.h"
 #include "scenes/write_remedy.h"
 
@@ -9,7 +10,6 @@
 #include <filesystem>
 #include <new>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 
 namespace shadowdag {
@@ -20,15 +20,13 @@ ExitMessage exitMessageOf(const std::exception& exception) {
     if (dynamic_cast<const std::bad_alloc*>(&exception))
         return {"not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
                 int(ErrorKind::kResource)};
-    const auto* const failed = dynamic_cast<const std::system_error*>(&exception);
-    if ((failed && (failed->code() == std::errc::resource_unavailable_try_again ||
-                    failed->code() == std::errc::not_enough_memory)) ||
-        std::string_view(exception.what()).starts_with("pthread_create")) // of oneTBB
+    if (saysNoThread(exception))
         return {std::string("the system refuses a thread or memory for one: ") + exception.what() +
                     "; raise the limits of the shell (ulimit -u, ulimit -v) or use fewer "
                     "--threads",
                 int(ErrorKind::kResource)};
-    if (failed) // of the file system, from the standard library
+    // Of the file system, from the standard library.
+    if (const auto* failed = dynamic_cast<const std::system_error*>(&exception))
         for (const int full : {ENOSPC, EIO, EROFS, EFBIG, EDQUOT})
             if (failed->code().value() == full)
                 return {std::string(exception.what()) + "; " + writeRemedy(full),

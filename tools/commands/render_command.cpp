@@ -256,8 +256,8 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             entry["host_readback_count"] = copies.readbackCount;
         }
         entry["pair_count"] = result.pairs.count();
-        const std::string fewPairs =
-            darkPictureWarning(file, result.pairs.count(), experiment.lightCount >= 0);
+        const std::string fewPairs = darkPictureWarning(
+            file, result.pairs.count(), {experiment.lightCount >= 0, frames.isCameraAutomatic()});
         if (!fewPairs.empty())
             entry["warning"] = fewPairs;
         list.push_back(std::move(entry));
@@ -301,7 +301,8 @@ std::function<void()> declareRender(CommandLine& commandLine) {
                      "Add one channel per light: visibility.light0000, ...");
     commandLine.flag("--truth", options->truth,
                      "Add channels of the error against Embree: error.*");
-    commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
+    commandLine.flag("--float", options->floatColor,
+                     "Colour as 32-bit floats instead of halves, which are at most 65504");
     options->method.declare(commandLine, "truth|dag|maps|hybrid|embree");
     options->common.declare(commandLine,
                             {SettingGroup::kRoutes, SettingGroup::kView, SettingGroup::kViews,

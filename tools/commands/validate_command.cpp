@@ -181,7 +181,8 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
             frames.render(options.common.timeSeconds(experiment), experiment.frames.front()).frame;
         checkInterrupted();
         const std::string fewPairs =
-            fewPairsWarning(frames.sceneName(), result.pairs.count(), experiment.lightCount >= 0);
+            fewPairsWarning(frames.sceneName(), result.pairs.count(),
+                            {experiment.lightCount >= 0, frames.isCameraAutomatic()});
         const ErrorReport report = frames.judge();
         checkInterrupted();
         if (!directories.empty())

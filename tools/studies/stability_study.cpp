@@ -5,6 +5,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/fail_scenes.h"
+#include "scenes/warning.h"
 #include "tools/report/csv.h"
 #include "tools/settings/parse.h"
 
@@ -93,6 +94,16 @@ void forgetScene(StabilityGroup& group) {
         group.kind.clear();
 }
 
+constexpr const char* kMovingLights = "moving lights"; ///< a kind
+
+/// Returns whether the lights of a scene can be moved: those of failure scenes.
+bool areLightsMovable(const std::string& sceneName) {
+    const std::vector<FailScene> scenes = failScenes();
+    return std::any_of(scenes.begin(), scenes.end(), [&](const FailScene& scene) {
+        return "builtin:" + scene.name == sceneName;
+    });
+}
+
 class StabilityStudy : public Study {
 public:
     StabilityStudy(const StudyFile& file, const StudyRequest& request)
@@ -103,6 +114,8 @@ public:
                 groups_.push_back(group);
             else
                 for (const std::string& scene : request.scenes) {
+                    if (isLeftOut(group, scene, request))
+                        continue;
                     StabilityGroup of = group;
                     of.name = rowNameOn(group.name, scene);
                     of.scene = scene;
@@ -113,7 +126,7 @@ public:
         table_.groups = groups_;
         isWhole_ = request.names.empty() && request.scenes.empty();
         for (const StabilityGroup& group : groups_)
-            if (group.kind == "moving lights")
+            if (group.kind == kMovingLights)
                 stabilityScene(group); // throws where its lights cannot be moved
     }
 
@@ -151,6 +164,19 @@ public:
     std::string needsBeyondGl() const override { return "rays against triangles"; }
 
 private:
+    /// Returns whether a row is not measured on a scene, with a warning: its lights would have to
+    /// move, which --only did not ask for by the row's name.
+    static bool isLeftOut(const StabilityGroup& group, const std::string& scene,
+                          const StudyRequest& request) {
+        if (group.kind != kMovingLights || areLightsMovable(scene) ||
+            std::find(request.names.begin(), request.names.end(), group.name) !=
+                request.names.end())
+            return false;
+        warn("study stability: the row " + group.name + " is left out on " + scene +
+             ", whose lights cannot be moved; only those of failure scenes, builtin:fail-..., can");
+        return true;
+    }
+
     StabilityTable table_;
     std::vector<StabilityGroup> groups_;
     bool isWhole_ = false; ///< all rows are measured, on their own scenes
@@ -206,7 +232,7 @@ std::vector<std::string> stabilitySettings(const StabilityTable& table,
 }
 
 Scene stabilityScene(const StabilityGroup& group) {
-    if (group.kind != "moving lights")
+    if (group.kind != kMovingLights)
         return loadScene(group.scene);
     for (FailScene& scene : failScenes())
         if ("builtin:" + scene.name == group.scene) {

@@ -5,6 +5,7 @@
 #include "cuda/macros.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
+#include "scenes/warning.h"
 #include "scenes/write_remedy.h"
 #include "tools/workspace/png_memory.h"
 
@@ -26,14 +27,30 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 
 namespace shadowdag {
 
 namespace {
 
+constexpr float kLargestHalf = 65504.0f;
+
 /// Returns the Imf type of a channel.
 Imf::PixelType imfType(ExrChannel::Type type) {
     return type == ExrChannel::Type::kHalf ? Imf::HALF : Imf::FLOAT;
+}
+
+/// Returns the values rounded to halves. Those beyond the largest half become that, with its sign,
+/// and are counted: a half would make them infinite, which spreads over a picture that is scaled.
+std::vector<Imath::half> halvesOf(const std::vector<float>& values, uint64_t& beyondCount) {
+    std::vector<Imath::half> halves;
+    halves.reserve(values.size());
+    for (const float value : values) {
+        const bool isBeyond = std::fabs(value) > kLargestHalf; // false for what is not a number
+        halves.emplace_back(isBeyond ? std::copysign(kLargestHalf, value) : value);
+        beyondCount += isBeyond;
+    }
+    return halves;
 }
 
 /// Writes three bytes a pixel.
@@ -77,6 +94,7 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
               const std::vector<ExrChannel>& channels,
               const std::vector<std::pair<std::string, std::string>>& attributes) {
     OutputFile file(path);
+    uint64_t beyondCount = 0;
     try {
         Imf::Header header{int(width), int(height)};
         header.compression() = Imf::ZIP_COMPRESSION;
@@ -91,7 +109,7 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
             char* data = nullptr;
             size_t size = sizeof(float);
             if (channel.type == ExrChannel::Type::kHalf) {
-                halves[i].assign(channel.values.begin(), channel.values.end());
+                halves[i] = halvesOf(channel.values, beyondCount);
                 data = reinterpret_cast<char*>(halves[i].data());
                 size = sizeof(Imath::half);
             } else {
@@ -115,6 +133,10 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
                         writeRemedy(dynamic_cast<const Iex::EfbigExc*>(&error) ? EFBIG : 0));
     }
     file.commit();
+    if (beyondCount > 0)
+        warn(path + ": " + std::to_string(beyondCount) +
+             " values are beyond the largest half float, 65504, and were lowered to it; render "
+             "with --float to keep them");
 }
 
 void writePng(const std::string& path, uint32_t width, uint32_t height,

@@ -19,6 +19,7 @@ struct ExrChannel {
     std::string name; ///< as in "R", "visibility.mean"; unique
     Type type = Type::kHalf;
     std::vector<float> values; ///< width * height, scanlines from the top; half rounds to nearest
+                               ///< and is at most 65504
 };
 
 /// Adds three channels `prefix` + R, G, B.
@@ -28,7 +29,8 @@ void addColorChannels(std::vector<ExrChannel>& channels, const std::string& pref
 /// Returns the values of an object as attributes of an EXR: texts as they are, all else as JSON.
 std::vector<std::pair<std::string, std::string>> exrAttributes(const Json& values);
 
-/// Writes an EXR (zip compressed). `attributes` are name and text pairs of its header.
+/// Writes an EXR (zip compressed). `attributes` are name and text pairs of its header. Values of
+/// half channels beyond 65504, infinite ones included, are lowered to it, with one warning a file.
 /// Throws Error kResource when the disk refuses.
 void writeExr(const std::string& path, uint32_t width, uint32_t height,
               const std::vector<ExrChannel>& channels,

@@ -111,20 +111,28 @@ uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer) 
 namespace {
 
 /// Returns what to do about a view that no light reaches.
-std::string remedyOfDarkView(bool arePlacedLights) {
-    return arePlacedLights ? "; give another --camera, as in --camera auto"
-                           : "; give another --camera, as in --camera auto, or place more lights "
-                             "with --lights";
+std::string remedyOfDarkView(const ViewOrigin& origin) {
+    if (!origin.isCameraAutomatic)
+        return origin.arePlacedLights
+                   ? "; give another --camera, as in --camera auto"
+                   : "; give another --camera, as in --camera auto, or place more lights "
+                     "with --lights";
+    return std::string("; the camera is automatic, and none of the places that it tried sees a lit "
+                       "surface: ") +
+           (origin.arePlacedLights ? "place lights elsewhere with --seed, or more of them"
+                                   : "place lights in the open space with --lights 64") +
+           ", or give a place that a light reaches and a point to look at, as in --camera "
+           "px,py,pz,tx,ty,tz";
 }
 
 } // namespace
 
-std::string fewPairsWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights) {
+std::string fewPairsWarning(const std::string& view, uint64_t pairCount, const ViewOrigin& origin) {
     if (pairCount == 0)
         throw NothingToCompare(view +
                                ": no light reaches what the camera sees, so there is nothing to "
                                "compare" +
-                               remedyOfDarkView(arePlacedLights));
+                               remedyOfDarkView(origin));
     if (pairCount >= kFewPairCount)
         return "";
     return view + ": has only " + std::to_string(pairCount) +
@@ -133,12 +141,13 @@ std::string fewPairsWarning(const std::string& view, uint64_t pairCount, bool ar
            " are not reliable: use a larger --size, another --camera or several --views";
 }
 
-std::string darkPictureWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights) {
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount,
+                               const ViewOrigin& origin) {
     return pairCount > 0 ? fewPairsWarning(view, pairCount)
                          : view +
                                ": no light reaches what the camera sees, so the picture is "
                                "black" +
-                               remedyOfDarkView(arePlacedLights);
+                               remedyOfDarkView(origin);
 }
 
 std::vector<std::string> fewPairsWarnings(const Json& results) {

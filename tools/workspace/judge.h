@@ -50,13 +50,19 @@ public:
     explicit NothingToCompare(const std::string& message) : Error(ErrorKind::kInput, message) {}
 };
 
+/// What a view consists of, on which the remedy depends where no light reaches it.
+struct ViewOrigin {
+    bool arePlacedLights = false;   ///< by --lights
+    bool isCameraAutomatic = false; ///< then another automatic one sees no more
+};
+
 /// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws
 /// NothingToCompare if it has none. @param view the scene's name, its view or frame
-/// @param arePlacedLights the remedy is then another camera alone
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount,
-                            bool arePlacedLights = false);
+                            const ViewOrigin& origin = {});
 /// Returns the same for a picture, which nothing is compared with: no pair is a warning, too.
-std::string darkPictureWarning(const std::string& view, uint64_t pairCount, bool arePlacedLights);
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount,
+                               const ViewOrigin& origin);
 /// Returns the same for every object of results that has a "pair_count", once a view; those without
 /// pairs are named, too. @param results objects name their view by "scene" or "group"
 std::vector<std::string> fewPairsWarnings(const Json& results);

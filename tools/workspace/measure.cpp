@@ -117,7 +117,7 @@ private:
         FrameRenderer& renderer = workspace_.renderer(runs_.front());
         pairs_ = renderer.listPairs(camera_, runs_.front().frame);
         fewPairsWarning(scene_.name + ", frame " + std::to_string(frame_), pairs_.count(),
-                        experiment_.lightCount >= 0);
+                        {experiment_.lightCount >= 0, workspace_.isCameraAutomatic()});
         truth_ = &judge_.picture(frame_, renderer.gbuffer(), pairs_, float(experiment_.exposure));
         if (withPictures_)
             writePng(truthPicture(), experiment_.width, experiment_.height, truth_->display);

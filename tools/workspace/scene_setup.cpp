@@ -73,6 +73,11 @@ uint32_t automaticView(const std::string& text) {
     }
 }
 
+/// Returns the same of a world's camera: "" is its first, else auto.
+uint32_t automaticView(const World& world, const std::string& text) {
+    return text.empty() ? uint32_t(world.cameras().empty()) : automaticView(text);
+}
+
 /// Returns which of World::cameras() a text names, the first for ""; nothing if it names none.
 std::optional<size_t> namedCamera(const World& world, const std::string& text) {
     const Scene& scene = world.scene();
@@ -225,8 +230,12 @@ std::vector<std::string> cameraNames(const World& world) {
     return names;
 }
 
+bool FrameCamera::isAutomatic(const World& world) const {
+    return automaticView(world, text_) > 0;
+}
+
 Camera FrameCamera::at(const World& world, const Console* console) {
-    const uint32_t view = text_.empty() ? uint32_t(world.cameras().empty()) : automaticView(text_);
+    const uint32_t view = automaticView(world, text_);
     if (view == 0)
         return chooseCamera(world, text_);
     if (placed_.size() < view)

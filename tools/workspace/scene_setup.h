@@ -64,6 +64,9 @@ public:
         : text_(std::move(text)), viewCount_(viewCount) {}
     /// Uses another camera from now on. @param text as --camera takes it
     void use(std::string text) { text_ = std::move(text); }
+    /// Returns whether it is an automatic one. Throws Error kUsage for an auto-K that there cannot
+    /// be.
+    bool isAutomatic(const World& world) const;
     /// Returns the camera at the world's current time. Throws as chooseCamera.
     /// @param console as for chooseCamera
     Camera at(const World& world, const Console* console = nullptr);

@@ -185,7 +185,8 @@ private:
             const PairList pairs = listPairs();
             if (step.isCounted)
                 fewPairsWarning(workspace_.scene().name + ", frame " + std::to_string(step.frame),
-                                pairs.count(), experiment_.lightCount >= 0);
+                                pairs.count(),
+                                {experiment_.lightCount >= 0, workspace_.isCameraAutomatic()});
             const std::vector<uint8_t> visibility = askTruth(workspace_.truth(), pairs);
             const std::vector<glm::vec3> truthDisplay = displayOfTruth(pairs, visibility);
             for (const std::unique_ptr<Player>& player : players_) {

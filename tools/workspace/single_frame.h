@@ -52,6 +52,7 @@ public:
     /// Uses another camera, and names the scene after it as well. @param camera as --camera takes
     /// it
     void setView(const std::string& camera);
+    bool isCameraAutomatic() const { return workspace_->isCameraAutomatic(); }
 
     /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from
     /// frames before), unless routes are held (FrameOptions::routeMargin): then frames form a

@@ -55,6 +55,8 @@ public:
     /// Returns the camera at the world's time. An automatic one is placed at the first call and
     /// then kept. Throws as chooseCamera.
     Camera camera() { return camera_.at(world(), options_.console); }
+    /// Returns whether that is an automatic one.
+    bool isCameraAutomatic() const { return camera_.isAutomatic(world()); }
     /// Uses another camera, and gives the scene another name, under which results of the view
     /// stand.
     /// @param camera as --camera takes it

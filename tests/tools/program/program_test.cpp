@@ -853,7 +853,18 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
                    {Arguments{"compare", dark, "-o", directory / "report", "--no-charts",
                               "--methods", "embree,dag"} +
                         tiny,
-                    2, "dark.glb, frame 0: no light reaches what the camera sees"}});
+                    2, "dark.glb, frame 0: no light reaches what the camera sees"},
+                   {{"bench", "voxel", dark, "--resolution", "64"}, 2, "no light reaches a view"},
+                   {{"bench", "raster", dark}, 2, "no light reaches a visible surface"},
+                   {{"bench", "shading", dark}, 2, "no light reaches a visible surface"}});
+    const ProgramResult unfit =
+        runShadowdag(directory, {"calibrate", dark, "-o", directory / "c.json", "--quick",
+                                 "--observations", directory / "o.json"});
+    EXPECT_EQ(unfit.status, 2);
+    EXPECT_THAT(unfit.err, HasSubstr("dark.glb: no light reaches what the camera sees, so no map "
+                                     "was measured"));
+    EXPECT_FALSE(std::filesystem::exists(directory / "o.json"));
+    EXPECT_FALSE(std::filesystem::exists(directory / "c.json"));
     const ProgramResult few =
         runShadowdag(directory, Arguments{"validate", "builtin:fail-contact", "--json"} + tiny);
     ASSERT_EQ(few.status, 0) << few.err;
@@ -879,6 +890,10 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
     const ProgramResult sky = runShadowdag(
         directory, Arguments{"render", dark, "-o", directory / "b.png", "--json"} + into + tiny);
     EXPECT_THAT(sky.err, HasSubstr("so the picture is black" + remedy));
+    // An automatic camera would see no more.
+    expectRefused(directory, {{Arguments{"validate", dark, "--camera", "auto"} + tiny, 2,
+                               "or give a place that a light reaches and a point to look at, "
+                               "as in --camera px,py,pz,tx,ty,tz\n"}});
     const Arguments fit = {"fit",         "-o",       directory / "f.json",
                            "--no-charts", "--max",    "1",
                            "--methods",   "dag",      "--minimise",

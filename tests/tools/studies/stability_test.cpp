@@ -7,9 +7,11 @@
 #include "cuda/backend.h"
 #include "cuda/error.h"
 #include "scenes/fail_scenes.h"
+#include "scenes/warning.h"
 #include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/console.h"
+#include "tools/studies/study.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -418,6 +420,37 @@ TEST(Stability, NumbersDoNotDependOnTheThreadCount) {
     const Json one = measure({"perturbation-tiles"}, 64);
     setThreadCount(0);
     EXPECT_EQ(many, one);
+}
+
+std::vector<std::string> stabilityWarnings;
+
+// Lights of files cannot be moved; all other rows are measured without --only.
+TEST(Stability, TheRowOfMovingLightsIsLeftOutOnOtherScenes) {
+    const Console console(true);
+    const auto partsOf = [&](const std::vector<std::string>& names,
+                             const std::vector<std::string>& scenes) {
+        stabilityWarnings.clear();
+        return makeStudy(findStudy("stability"), {Backend::kCpu, names, scenes, "", ""}, console)
+            ->parts();
+    };
+    setWarningListener([](const std::string& text) { stabilityWarnings.push_back(text); });
+    const std::string own = rowNameOn("time-lights", "builtin:fail-popping"),
+                      other = rowNameOn("time-lights", "builtin:atrium");
+    for (const std::vector<std::string>& names :
+         {std::vector<std::string>{}, std::vector<std::string>{"time"}}) {
+        const std::vector<std::string> parts = partsOf(names, {"builtin:atrium"});
+        EXPECT_THAT(parts, testing::Contains(rowNameOn("time-posts", "builtin:atrium")));
+        EXPECT_THAT(parts, testing::Not(testing::Contains(other)));
+        ASSERT_EQ(stabilityWarnings.size(), 1u);
+        EXPECT_THAT(stabilityWarnings[0], testing::HasSubstr("the row time-lights is left out on "
+                                                             "builtin:atrium, whose lights"));
+    }
+    EXPECT_THAT(partsOf({}, {"builtin:fail-popping", "builtin:atrium"}),
+                testing::AllOf(testing::Contains(own), testing::Not(testing::Contains(other))));
+    EXPECT_THAT(partsOf({}, {}), testing::Contains("time-lights"));
+    EXPECT_TRUE(stabilityWarnings.empty());
+    EXPECT_THROW(partsOf({"time-lights"}, {"builtin:atrium"}), Error) << "asked for by name";
+    setWarningListener(nullptr);
 }
 
 TEST(Stability, UnknownNamesAreRefusedWithTheKnownOnes) {

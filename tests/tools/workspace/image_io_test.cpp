@@ -2,6 +2,7 @@
 #include "tools/workspace/image_io.h"
 
 #include "cuda/error.h"
+#include "scenes/warning.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -20,6 +21,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <limits>
 
 namespace shadowdag {
 
@@ -77,6 +79,39 @@ TEST(ImageIo, ExrKeepsEveryChannelBitForBit) {
     file.readPixels(0, 2);
     EXPECT_EQ(z, ramp);
     EXPECT_EQ(mean, halves);
+}
+
+std::vector<std::string> exrWarnings; // heard while pictures are written
+
+// Near a light the radiance of a frame has no bound.
+TEST(ImageIo, HalvesOfAnExrAreFinite) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "a.exr";
+    const float infinity = std::numeric_limits<float>::infinity();
+    // 65519 rounds to 65504 by itself, 65520 to infinity.
+    const std::vector<float> values = {65504.0f, 65519.0f, 65520.0f, 1e30f, infinity, -1e9f, 3.0f};
+    exrWarnings.clear();
+    setWarningListener([](const std::string& text) { exrWarnings.push_back(text); });
+    writeExr(path, 7, 1,
+             {{"R", ExrChannel::Type::kHalf, values},
+              {"G", ExrChannel::Type::kHalf, values},
+              {"Z", ExrChannel::Type::kFloat, values}});
+    ASSERT_EQ(exrWarnings.size(), 1u);
+    EXPECT_EQ(exrWarnings[0].find(path + ": 10 values are beyond the largest half"), 0u)
+        << exrWarnings[0];
+    writeExr(path, 7, 1, {{"Z", ExrChannel::Type::kFloat, values}});
+    writeExr(path, 1, 1, {{"R", ExrChannel::Type::kHalf, {65504.0f}}});
+    EXPECT_EQ(exrWarnings.size(), 1u) << "nothing was lowered";
+    writeExr(path, 7, 1, {{"R", ExrChannel::Type::kHalf, values}});
+    setWarningListener(nullptr);
+
+    std::vector<float> red(7);
+    Imf::InputFile file(path.c_str());
+    Imf::FrameBuffer frame;
+    frame.insert("R", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(red.data()), 4, 28));
+    file.setFrameBuffer(frame);
+    file.readPixels(0, 0);
+    EXPECT_EQ(red, (std::vector<float>{65504, 65504, 65504, 65504, 65504, -65504, 3}));
 }
 
 TEST(ImageIo, PngRoundsAndClamps) {

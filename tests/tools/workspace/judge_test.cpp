@@ -153,11 +153,18 @@ TEST(FewPairs, AreNamedOnceAView) {
     EXPECT_EQ(fewPairsWarning("room", kFewPairCount), "");
     EXPECT_THAT(fewPairsWarning("room", kFewPairCount - 1), HasSubstr("room: has only 999 pairs"));
     EXPECT_THROW(fewPairsWarning("room", 0), Error);
-    EXPECT_THAT(darkPictureWarning("a.png", 0, false), HasSubstr("a.png: no light reaches"));
-    EXPECT_THAT(darkPictureWarning("a.png", 0, false), HasSubstr("--lights"));
-    EXPECT_THAT(darkPictureWarning("a.png", 0, true), Not(HasSubstr("--lights")));
-    EXPECT_THAT(darkPictureWarning("a.png", 7, false), HasSubstr("a.png: has only 7 pairs"));
-    EXPECT_EQ(darkPictureWarning("a.png", kFewPairCount, false), "");
+    EXPECT_THAT(darkPictureWarning("a.png", 0, {}), HasSubstr("a.png: no light reaches"));
+    EXPECT_THAT(darkPictureWarning("a.png", 0, {}), HasSubstr("--lights"));
+    EXPECT_THAT(darkPictureWarning("a.png", 0, {true, false}), Not(HasSubstr("--lights")));
+    // An automatic camera is no remedy for itself.
+    for (const bool arePlacedLights : {false, true}) {
+        const std::string text = darkPictureWarning("a.png", 0, {arePlacedLights, true});
+        EXPECT_THAT(text, Not(HasSubstr("--camera auto")));
+        EXPECT_THAT(text, HasSubstr("--camera px,py,pz,tx,ty,tz"));
+        EXPECT_THAT(text, HasSubstr(arePlacedLights ? "--seed" : "--lights 64"));
+    }
+    EXPECT_THAT(darkPictureWarning("a.png", 7, {}), HasSubstr("a.png: has only 7 pairs"));
+    EXPECT_EQ(darkPictureWarning("a.png", kFewPairCount, {}), "");
     const Json results = Json::parse(R"({
         "cells": [{"scene": "a", "pair_count": 7}, {"scene": "a", "pair_count": 7},
                   {"scene": "b", "pair_count": 1000}],
