@@ -3,7 +3,6 @@
 #include "hybrid/frame.h"
 
 #include "cuda/mutant.h"
-#include "hybrid/clusters/cluster_grid.h"
 #include "hybrid/frame/frame_state.h"
 
 #include <chrono>
@@ -30,9 +29,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
     ViewRays view = makeViewRays(camera, options.width, options.height);
     view.first = mutated(Mutant::kSampleMoved, view.first, view.first + view.stepX);
-    checkClusterGrid(view);
-    state.surface.draw(view, stages);
-    state.clusters.gather(state.surface, view, options, stages);
+    state.gather(view, options, stages);
 
     // The cost model routes each map: rays or pages.
     const auto countQuantities = [&](uint32_t counts) {

@@ -75,23 +75,50 @@ inline Lanes3 vertices(const TriangleView& geometry, const uint32_t* triangles, 
     return {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])};
 }
 
-/// Requests what vertices() will read of four triangles, in two steps: first their corners'
-/// indices, then, when these have arrived, the positions. A batch's triangles are near in space,
-/// not in memory, so drawing otherwise waits for each.
-inline void requestTriangles(const TriangleView& geometry, const uint32_t* triangles,
-                             uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i)
-        _mm_prefetch(reinterpret_cast<const char*>(geometry.triangles.data + triangles[i]),
-                     _MM_HINT_T0);
-}
-inline void requestVertices(const TriangleView& geometry, const uint32_t* triangles,
-                            uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i)
-        for (int corner = 0; corner < 3; ++corner)
-            _mm_prefetch(reinterpret_cast<const char*>(geometry.positions.data +
-                                                       geometry.triangles[triangles[i]][corner]),
-                         _MM_HINT_T0);
-}
+/// Triangles of a batch, four after the other, of which vertices() reads. A batch's triangles are
+/// near in space, not in memory, so drawing otherwise waits for each: the indices of their corners
+/// are requested while the batch before is drawn, and the positions when the indices have arrived.
+class RequestedFours {
+public:
+    /// Requests the first positions.
+    /// @param triangles,count of the batch @param next,nextCount of the batch after it, or the same
+    RequestedFours(const TriangleView& geometry, const uint32_t* triangles, uint32_t count,
+                   const uint32_t* next, uint32_t nextCount)
+        : geometry_(geometry), triangles_(triangles), next_(next), count_(count),
+          nextCount_(nextCount) {
+        for (uint32_t first = 0; first < kAhead; first += 4)
+            requestVertices(first);
+    }
+
+    /// Requests what comes kAhead later, and returns how many triangles there are from `first` on,
+    /// at most four.
+    uint32_t take(uint32_t first) const {
+        for (uint32_t i = 0; i < fourOf(nextCount_, first); ++i)
+            request(geometry_.triangles.data + next_[first + i]);
+        requestVertices(first + kAhead);
+        return fourOf(count_, first);
+    }
+
+private:
+    static constexpr uint32_t kAhead = 8;
+
+    static uint32_t fourOf(uint32_t count, uint32_t first) {
+        return count <= first ? 0u : count - first < 4u ? count - first : 4u;
+    }
+    static void request(const void* address) {
+        _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
+    }
+    void requestVertices(uint32_t first) const {
+        for (uint32_t i = 0; i < fourOf(count_, first); ++i)
+            for (int corner = 0; corner < 3; ++corner)
+                request(geometry_.positions.data +
+                        geometry_.triangles[triangles_[first + i]][corner]);
+    }
+
+    const TriangleView& geometry_;
+    const uint32_t *triangles_, *next_;
+    uint32_t count_, nextCount_;
+};
 
 } // namespace shadowdag::avx2
 

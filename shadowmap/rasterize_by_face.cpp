@@ -47,18 +47,10 @@ void drawBatch(const RasterView& view, const Batch& batch, [[maybe_unused]] cons
                const ShadowMapInfo& map, uint32_t face, [[maybe_unused]] PageFloors& floors) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];
 #if defined(SDAG_RASTERIZE_AVX2)
-    const uint32_t* const nextTriangles = &view.batchTriangles[next.first];
-    const auto fourOf = [](const Batch& of, uint32_t first) {
-        return of.count > first ? std::min(of.count - first, 4u) : 0u;
-    };
-    constexpr uint32_t kAhead = 8;
-    for (uint32_t first = 0; first < kAhead; first += 4)
-        avx2::requestVertices(view.geometry, triangles + first, fourOf(batch, first));
+    const avx2::RequestedFours fours(view.geometry, triangles, batch.count,
+                                     &view.batchTriangles[next.first], next.count);
     for (uint32_t first = 0; first < batch.count; first += 4) {
-        avx2::requestTriangles(view.geometry, nextTriangles + first, fourOf(next, first));
-        avx2::requestVertices(view.geometry, triangles + first + kAhead,
-                              fourOf(batch, first + kAhead));
-        const uint32_t count = fourOf(batch, first);
+        const uint32_t count = fours.take(first);
         uint32_t four[4];
         for (uint32_t lane = 0; lane < 4; ++lane)
             four[lane] = triangles[first + std::min(lane, count - 1)];

@@ -243,18 +243,11 @@ template <bool isShared> void drawTriangle(const BatchesInView& work, const Seen
 /// @param next the batch that is drawn after this one, or this one
 template <bool isShared>
 void drawBatch(const BatchesInView& work, const Batch& batch, const Batch& next) {
-    const uint32_t *const triangles = &work.batchTriangles[batch.first],
-                          *const nextTriangles = &work.batchTriangles[next.first];
-    const auto fourOf = [](const Batch& of, uint32_t first) {
-        return of.count > first ? std::min(of.count - first, 4u) : 0u;
-    };
-    constexpr uint32_t kAhead = 8;
-    for (uint32_t first = 0; first < kAhead; first += 4)
-        requestVertices(work.triangles, triangles + first, fourOf(batch, first));
+    const uint32_t* const triangles = &work.batchTriangles[batch.first];
+    const RequestedFours fours(work.triangles, triangles, batch.count,
+                               &work.batchTriangles[next.first], next.count);
     for (uint32_t first = 0; first < batch.count; first += 4) {
-        requestTriangles(work.triangles, nextTriangles + first, fourOf(next, first));
-        requestVertices(work.triangles, triangles + first + kAhead, fourOf(batch, first + kAhead));
-        const uint32_t count = fourOf(batch, first);
+        const uint32_t count = fours.take(first);
         uint32_t four[4];
         for (uint32_t lane = 0; lane < 4; ++lane)
             four[lane] = triangles[first + std::min(lane, count - 1)];

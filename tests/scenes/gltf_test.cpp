@@ -305,27 +305,25 @@ TEST(Gltf, LightsAndCamerasAreRead) {
     EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr("1 orthographic")));
 }
 
-TEST(Gltf, TinyFieldOfViewIsWidenedWithAWarning) {
+/// Expects that a camera's field of view is read as another, with a warning.
+void expectFieldOfView(const std::string& authored, float yfov, const std::string& warning) {
     GltfParts parts = triangleFile();
-    parts.set("cameras",
-              R"([{"type":"perspective","perspective":{"yfov":1e-17,"znear":0.5,"zfar":9}}])");
+    parts.set("cameras", R"([{"type":"perspective","perspective":{"yfov":)" + authored +
+                             R"(,"znear":0.5,"zfar":9}}])");
     const Scene scene = readParts(parts);
     ASSERT_EQ(scene.cameras.size(), 1u);
-    EXPECT_EQ(scene.cameras[0].yfov, kMinFieldOfView);
-    EXPECT_THAT(scene.warnings,
-                testing::Contains(HasSubstr("cameras/0/yfov: 1e-17 rad is widened to 0.001")));
+    EXPECT_EQ(scene.cameras[0].yfov, yfov);
+    EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr(warning)));
+}
+
+TEST(Gltf, TinyFieldOfViewIsWidenedWithAWarning) {
+    expectFieldOfView("1e-17", kMinFieldOfView, "cameras/0/yfov: 1e-17 rad is widened to 0.001");
 }
 
 TEST(Gltf, AFieldOfViewOfNearlyPiIsNarrowedWithAWarning) {
-    GltfParts parts = triangleFile();
-    parts.set("cameras",
-              R"([{"type":"perspective","perspective":{"yfov":3.1409,"znear":0.5,"zfar":9}}])");
-    const Scene scene = readParts(parts);
-    ASSERT_EQ(scene.cameras.size(), 1u);
-    EXPECT_EQ(scene.cameras[0].yfov, kMaxFieldOfView);
+    expectFieldOfView("3.1409", kMaxFieldOfView,
+                      "cameras/0/yfov: 3.1409 rad is narrowed to 3.0999");
     EXPECT_LT(kMaxFieldOfView, 3.1f) << "which pictures refuse";
-    EXPECT_THAT(scene.warnings,
-                testing::Contains(HasSubstr("cameras/0/yfov: 3.1409 rad is narrowed to 3.0999")));
 }
 
 // What tinygltf would replace by its default.
