@@ -876,6 +876,12 @@ TEST(Gltf, WhatCannotBeParsedIsNamedByItsPlaceAndARemedy) {
         for (const char* word : {"property", "`", "\n", "ParseAccessor", "tinygltf"})
             EXPECT_THAT(message, testing::Not(HasSubstr(word))) << c.json;
     }
+    // Only the BIN chunk of a GLB can stand for a URI.
+    GltfParts parts = triangleFile();
+    parts.set("buffers", R"([{"byteLength":44}])");
+    EXPECT_THAT(messageOf("t.gltf", parts.json()),
+                testing::EndsWith("t.gltf: not a readable glTF 2.0 file: buffers/0: 'uri' is "
+                                  "missing, so it has no data; export the file again"));
 }
 
 TEST(Gltf, UnreasonableTextIsRefusedBeforeItIsParsed) {
