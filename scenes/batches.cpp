@@ -14,6 +14,7 @@
 #include "scenes/morton.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 
@@ -22,8 +23,6 @@ namespace {
 
 /// How many clusters to either side along the curve are candidates.
 constexpr uint32_t kSearchRadius = 8;
-
-constexpr size_t kNoCorners = ~size_t(0);
 
 /// A triangle, or a merge of two nodes.
 struct TreeNode {
@@ -164,7 +163,8 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
                                            std::to_string(kMaxBatchTriangleCount));
     const size_t count = geometry.count();
     SDAG_ASSERT(triangleInstance.size() == count);
-    if (count > size_t(INT32_MAX))
+    static_assert(UINT32_MAX / 3 < 1u << 31, "TreeNode::index"); // vertices have 32 bits
+    if (count > UINT32_MAX / 3)
         throw Error(ErrorKind::kResource,
                     std::to_string(count) + " triangles are more than batches can index; use fewer "
                                             "instances");
@@ -241,14 +241,12 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
                 addBatch(node, triangleCount, root.instance);
             return !fits;
         });
-    firstCorner_.assign(batches_.size(), kNoCorners);
+    gatherVertices(geometry);
+    isUpdateCancelled_.assign(batches_.size(), 0);
     std::vector<uint8_t> isMover(batches_.size(), 0);
-    for (uint32_t b = 0; b < batches_.size(); ++b)
-        if (!isInstanceMoving.empty() && isInstanceMoving[batches_[b].instance]) {
-            makeRoomForCorners(b);
-            keepCorners(geometry, b, boxes_[b]);
-            isMover[b] = 1;
-        }
+    if (!isInstanceMoving.empty())
+        for (size_t b = 0; b < batches_.size(); ++b)
+            isMover[b] = isInstanceMoving[batches_[b].instance] != 0;
     bvh_.build(viewOf(boxes_), std::move(isMover));
 }
 
@@ -277,7 +275,6 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     movedBoxesBefore_.clear();
     updateCounts_ = {};
     std::vector<uint32_t> compared;
-    std::vector<uint8_t> isMoved; // of those compared
     for (const uint32_t instance : movedInstances) {
         // Batches ascend by instance.
         const auto first =
@@ -289,20 +286,23 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     std::sort(compared.begin(), compared.end());
     compared.erase(std::unique(compared.begin(), compared.end()), compared.end());
     updateCounts_.comparedBatchCount = uint32_t(compared.size());
-    for (const uint32_t batch : compared)
-        isMoved.push_back(makeRoomForCorners(batch));
     std::vector<Box> boxes(compared.size());
+    std::vector<uint8_t> isMoved(compared.size());
     try {
         parallelFor<CpuTag>(
             compared.size(),
-            [&](size_t i) { isMoved[i] |= uint8_t(keepCorners(geometry, compared[i], boxes[i])); },
+            [&](size_t i) {
+                isMoved[i] = keepPositions(geometry, compared[i], boxes[i]) ||
+                             isUpdateCancelled_[compared[i]];
+            },
             16);
     } catch (...) { // cancelled: the next update finds all of them moved
         for (const uint32_t batch : compared)
-            corners_[firstCorner_[batch]].x = std::numeric_limits<float>::quiet_NaN();
+            isUpdateCancelled_[batch] = 1;
         throw;
     }
     for (size_t i = 0; i < compared.size(); ++i) {
+        isUpdateCancelled_[compared[i]] = 0;
         if (!isMoved[i])
             continue;
         movedBatches_.push_back(compared[i]);
@@ -332,32 +332,72 @@ MovedBatchRanges BatchSet::movedRanges() const {
     return ranges;
 }
 
-bool BatchSet::makeRoomForCorners(uint32_t batch) {
-    size_t& first = firstCorner_[batch];
-    if (first != kNoCorners)
-        return false;
-    first = corners_.size();
-    corners_.resize(first + 3 * size_t(batches_[batch].count));
-    return true;
+void BatchSet::gatherVertices(const TriangleView& geometry) {
+    firstVertex_.assign(batches_.size() + 1, 0);
+    corners_.resize(triangles_.size());
+    std::vector<uint32_t> ofCorners(3 * triangles_.size()); // of each batch the first are used
+    parallelFor<CpuTag>(
+        batches_.size(),
+        [&](size_t b) {
+            const Batch& batch = batches_[b];
+            uint32_t* const found = &ofCorners[3 * size_t(batch.first)];
+            // A table of the vertices found, at most three quarters full, by multiplicative hashes:
+            // Knuth, The Art of Computer Programming 3, sec. 6.4.
+            constexpr uint32_t kSlotsLog2 = 11, kSlots = 1u << kSlotsLog2, kFree = 0xffff,
+                               kKnuth = 2654435761u;
+            static_assert(3 * kMaxBatchTriangleCount <= kSlots / 4 * 3);
+            std::array<uint16_t, kSlots> table;
+            table.fill(kFree);
+            uint32_t count = 0;
+            for (uint32_t i = 0; i < batch.count; ++i)
+                for (int corner = 0; corner < 3; ++corner) {
+                    const uint32_t vertex = geometry.triangles[triangles_[batch.first + i]][corner];
+                    uint32_t slot = vertex * kKnuth >> (32 - kSlotsLog2);
+                    while (table[slot] != kFree && found[table[slot]] != vertex)
+                        slot = (slot + 1) % kSlots;
+                    if (table[slot] == kFree) {
+                        found[count] = vertex;
+                        table[slot] = uint16_t(count++);
+                    }
+                    corners_[batch.first + i].of[corner] = table[slot];
+                }
+            firstVertex_[b] = count;
+        },
+        16);
+    std::exclusive_scan(firstVertex_.begin(), firstVertex_.end(), firstVertex_.begin(), 0u);
+    vertices_.resize(firstVertex_.back());
+    positions_.assign(vertices_.size() + BatchVerticesView::kPadding, glm::vec3(0.0f));
+    parallelFor<CpuTag>(
+        batches_.size(),
+        [&](size_t b) {
+            const uint32_t* const found = &ofCorners[3 * size_t(batches_[b].first)];
+            for (uint32_t v = firstVertex_[b]; v < firstVertex_[b + 1]; ++v) {
+                vertices_[v] = found[v - firstVertex_[b]];
+                positions_[v] = geometry.positions[vertices_[v]];
+            }
+        },
+        64);
 }
 
-bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch, Box& box) {
-    const Batch& b = batches_[batch];
+bool BatchSet::keepPositions(const TriangleView& geometry, uint32_t batch, Box& box) {
     bool isMoved = false;
-    glm::vec3* kept = &corners_[firstCorner_[batch]];
-    for (uint32_t i = 0; i < b.count; ++i)
-        for (int corner = 0; corner < 3; ++corner, ++kept) {
-            const glm::vec3 now = geometry.vertex(triangles_[b.first + i], corner);
-            isMoved |= *kept != now;
-            *kept = now;
-            box.add(now);
-        }
+    for (uint32_t v = firstVertex_[batch]; v < firstVertex_[batch + 1]; ++v) {
+        const glm::vec3 now = geometry.positions[vertices_[v]];
+        isMoved |= positions_[v] != now;
+        positions_[v] = now;
+        box.add(now);
+    }
     return isMoved;
 }
 
 BatchView BatchSet::view() const {
-    return {viewOf(batches_), viewOf(boxes_),    viewOf(triangles_),
-            bvh_.view(),      maxTriangleCount_, {}};
+    return {viewOf(batches_),
+            viewOf(boxes_),
+            viewOf(triangles_),
+            bvh_.view(),
+            maxTriangleCount_,
+            {},
+            {viewOf(firstVertex_), viewOf(positions_), viewOf(corners_)}};
 }
 
 } // namespace shadowdag

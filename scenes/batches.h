@@ -33,6 +33,26 @@ struct Batch {
     uint32_t instance; ///< of the world
 };
 
+/// The corners of a triangle: numbers of vertices of its batch.
+struct BatchCorners {
+    uint16_t of[3];
+};
+static_assert(3 * kMaxBatchTriangleCount <= 0x10000);
+
+/// The positions that the triangles of each batch need, each once and side by side: a batch is read
+/// from front to back, where following the indices of its triangles waits for memory scattered over
+/// the whole world. On the host alone.
+struct BatchVerticesView {
+    /// So many more positions follow the last: lanes read up to the next multiple of four.
+    static constexpr uint32_t kPadding = 3;
+
+    View<const uint32_t> first;       ///< batchCount + 1, into `positions`
+    View<const glm::vec3> positions;  ///< world space, of the last update, and kPadding more
+    View<const BatchCorners> corners; ///< by triangle in batch order
+
+    SDAG_HD uint32_t count(size_t batch) const { return first[batch + 1] - first[batch]; }
+};
+
 struct BatchView {
     View<const Batch> batches;
     View<const Box> boxesWorld;     ///< batchCount, closed, of the current positions
@@ -40,6 +60,7 @@ struct BatchView {
     WideBvhView bvh;                ///< over boxesWorld
     uint32_t maxTriangleCount = 0;  ///< no batch holds more
     PolygonLevelsView levels;       ///< empty: all batches have the same level
+    BatchVerticesView vertices;     ///< on the host; empty in views of another backend
 };
 
 /// Counts of the last update of a set of batches.
@@ -66,18 +87,17 @@ public:
     /// to
     BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance,
              const BatchOptions& options = {}, const std::vector<uint8_t>& isInstanceMoving = {});
-    /// Follows World::setTime: recomputes the boxes of those batches of the named instances that
-    /// moved, sorts again those that left their position along the Morton curve, and refits the
-    /// boxes above them. Static batches cost nothing. The result is that of a set built now. @param
-    /// stages receives the times of "batch boxes" and "batch hierarchy"; may be null
+    /// Follows World::setTime: takes the positions of the named instances, whose indices are those
+    /// of construction; recomputes the boxes of those of their batches that moved, sorts again
+    /// those that left their position along the Morton curve, and refits the boxes above them.
+    /// Static batches cost nothing. The result is that of a set built now. @param stages receives
+    /// the times of "batch boxes" and "batch hierarchy"; may be null
     void update(const World& world, const std::vector<uint32_t>& movedInstances,
                 StageTimes* stages = nullptr);
     void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances,
                 StageTimes* stages = nullptr);
-    /// Returns the batches with a corner that moved between the last two updates, ascending. An
-    /// instance that was named but did not move moves none. For an instance that no animation moves
-    /// (World), or for bare triangles, the first update has no earlier corners and reports all
-    /// batches as moved.
+    /// Returns the batches with a corner that moved between the last two updates, at the first one
+    /// since construction; ascending. An instance that was named but did not move moves none.
     const std::vector<uint32_t>& movedBatches() const { return movedBatches_; }
     /// Returns the world boxes of movedBatches() before the last update, one per batch.
     const std::vector<Box>& movedBoxesBefore() const { return movedBoxesBefore_; }
@@ -90,10 +110,10 @@ public:
 
 private:
     void updateBoxes(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
-    /// Makes room for the corners of a batch; returns whether there was none.
-    bool makeRoomForCorners(uint32_t batch);
-    /// Replaces the kept corners of a batch, and adds them to `box`; returns whether one differs.
-    bool keepCorners(const TriangleView& geometry, uint32_t batch, Box& box);
+    /// Finds the vertices of every batch.
+    void gatherVertices(const TriangleView& geometry);
+    /// Replaces the positions of a batch, and adds them to `box`; returns whether one differs.
+    bool keepPositions(const TriangleView& geometry, uint32_t batch, Box& box);
 
     std::vector<Batch> batches_;
     std::vector<Box> boxes_;
@@ -102,9 +122,11 @@ private:
     std::vector<uint32_t> movedBatches_;
     std::vector<Box> movedBoxesBefore_;
     BatchUpdateCounts updateCounts_;
-    /// By batch: the index in corners_ of its corners at the last update, kNoCorners before any.
-    std::vector<size_t> firstCorner_;
-    std::vector<glm::vec3> corners_; ///< three a triangle of the batches that were ever updated
+    std::vector<uint32_t> firstVertex_;      ///< as BatchVerticesView::first
+    std::vector<uint32_t> vertices_;         ///< of the geometry
+    std::vector<glm::vec3> positions_;       ///< as BatchVerticesView::positions
+    std::vector<BatchCorners> corners_;      ///< by triangle in batch order
+    std::vector<uint8_t> isUpdateCancelled_; ///< by batch: its last update
     WideBvh bvh_;
 };
 

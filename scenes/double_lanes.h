@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four doubles at once, for the rasterizers of the CPU: the operations of glm on vectors of
+// Four doubles at once, for the CPU's rasterizers and samples: the operations of glm on vectors of
 // doubles, in the same order, so that the results have the same bits.
 #pragma once
 

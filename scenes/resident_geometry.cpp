@@ -4,11 +4,11 @@
 namespace shadowdag {
 
 ResidentGeometry::ResidentGeometry(Backend backend, const std::string& name)
-    : positions_(backend, name + " positions"), triangles_(backend, name + " triangles"),
-      triangleCut_(backend, name + " triangle cuts"), cuts_(backend, name + " cut triangles"),
-      masks_(backend, name + " alpha masks"), maskWords_(backend, name + " alpha mask words"),
-      batches_(backend, name + " batches"), boxes_(backend, name + " batch boxes"),
-      batchTriangles_(backend, name + " batch triangles"),
+    : backend_(backend), positions_(backend, name + " positions"),
+      triangles_(backend, name + " triangles"), triangleCut_(backend, name + " triangle cuts"),
+      cuts_(backend, name + " cut triangles"), masks_(backend, name + " alpha masks"),
+      maskWords_(backend, name + " alpha mask words"), batches_(backend, name + " batches"),
+      boxes_(backend, name + " batch boxes"), batchTriangles_(backend, name + " batch triangles"),
       bvhBoxes_(backend, name + " hierarchy boxes"), bvhItems_(backend, name + " hierarchy items"),
       partBoxes_(backend, name + " part boxes"), levelErrors_(backend, name + " level errors") {}
 
@@ -57,6 +57,8 @@ BatchView ResidentGeometry::batches(const BatchView& host) const {
     view.bvh.items = bvhItems_.view();
     view.levels.partBoxes = partBoxes_.view();
     view.levels.errorsWorld = levelErrors_.view();
+    if (backend_ != Backend::kCpu)
+        view.vertices = {};
     return view;
 }
 

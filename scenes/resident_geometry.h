@@ -31,6 +31,7 @@ public:
 private:
     void setLevels(const BatchView& batches);
 
+    Backend backend_;
     Resident<glm::vec3> positions_;
     Resident<glm::uvec3> triangles_;
     Resident<uint32_t> triangleCut_;

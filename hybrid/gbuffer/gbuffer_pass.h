@@ -2,6 +2,7 @@
 // Draws the world from the camera into a G-buffer.
 #pragma once
 
+#include "cuda/buffer.h"
 #include "cuda/pass.h"
 #include "cuda/split_work.h"
 #include "hybrid/gbuffer/rasterize_cpu.h"
@@ -14,8 +15,7 @@ struct GBuffer {
     explicit GBuffer(Backend backend)
         : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
           normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
-          triangle(backend, "g-buffer triangle"), parts(backend, "g-buffer visibility of threads"),
-          baseColor(backend, "g-buffer base colour"),
+          triangle(backend, "g-buffer triangle"), baseColor(backend, "g-buffer base colour"),
           large(backend, "g-buffer large triangles", kLargeTriangles),
           largeSetups(backend, "g-buffer setups of large triangles") {}
 
@@ -27,7 +27,6 @@ struct GBuffer {
     Buffer<glm::vec3> normalWorld;
     Buffer<float> depthView;
     Buffer<uint32_t> triangle;
-    Buffer<uint64_t> parts;           ///< of drawing by batch
     Buffer<glm::vec3> baseColor;      ///< empty in scenes without base colour textures
     SplitWork large;                  ///< of drawing by slots
     Buffer<SeenTriangle> largeSetups; ///< by item of `large`
@@ -42,6 +41,11 @@ struct GBuffer {
         normalWorld.resize(count);
         depthView.resize(count);
         triangle.resize(count);
+    }
+    /// Returns the pass that fills the arrays from the visibility buffer.
+    ResolveSamples resolvePass(const TriangleView& triangles, const ViewRays& viewRays) {
+        return {triangles,          viewRays,         visibility.view(), positionWorld.view(),
+                normalWorld.view(), depthView.view(), triangle.view()};
     }
     GBufferView view() const {
         return {positionWorld.view(),
@@ -60,7 +64,8 @@ enum class GBufferDraw : uint8_t { kByBatch, kBySlot };
 
 /// Fills the G-buffer with the view's visible samples: two-sided triangles, by the fill rule of
 /// gbuffer_raster.h. Deterministic. `batches` contains every triangle once and is on the G-buffer's
-/// backend; its hierarchy is not used.
+/// backend; its hierarchy is not used. On the CPU it has its vertices, and was updated since
+/// `triangles` moved.
 /// @param draw CPU only
 inline void drawGBuffer(Backend backend, const TriangleView& triangles, const BatchView& batches,
                         const ViewRays& view, GBuffer& gbuffer,
@@ -71,7 +76,7 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
         triangles, batches.batches,          batches.boxesWorld, batches.triangles,
         view,      gbuffer.visibility.view()};
     if (backend == Backend::kCpu && draw == GBufferDraw::kByBatch) {
-        rasterizeFrontToBack(seen, gbuffer.parts);
+        rasterizeFrontToBack(seen, batches.vertices);
     } else {
         const SplitWorkView large = gbuffer.large.begin();
         gbuffer.largeSetups.resize(gbuffer.large.capacity());
@@ -79,14 +84,7 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
         runPass(backend, RasterizeSlots{seen, batches.maxTriangleCount, large, setups});
         runPass(backend, RasterizeLarge{seen, large, setups});
     }
-    const ResolveSamples resolve{triangles,
-                                 view,
-                                 gbuffer.visibility.view(),
-                                 gbuffer.positionWorld.view(),
-                                 gbuffer.normalWorld.view(),
-                                 gbuffer.depthView.view(),
-                                 gbuffer.triangle.view()};
-    runPass(backend, resolve);
+    runPass(backend, gbuffer.resolvePass(triangles, view));
 }
 
 } // namespace shadowdag

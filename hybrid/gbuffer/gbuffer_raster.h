@@ -55,6 +55,10 @@ struct PixelRect {
     int minX, minY, maxX, maxY;
 };
 
+/// Rectangles of triangles are so much larger, in pixels: far more than the rounding of their
+/// computation.
+constexpr double kPixelMargin = 0.01;
+
 /// Returns the pixels that may see the part of a triangle beyond the near plane.
 /// @param nearest receives the depth of its nearest corner
 SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view, float& nearest) {
@@ -80,13 +84,11 @@ SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view
             add(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), view.znear);
         }
     }
-    // A hundredth of a pixel is far more than the rounding of this computation.
-    constexpr double kMargin = 0.01;
     const double scale = 1.0 / view.pixelSize;
-    const double left = (minX - view.firstX) * scale - kMargin;
-    const double right = (maxX - view.firstX) * scale + kMargin;
-    const double top = (view.firstY - maxY) * scale - kMargin;
-    const double bottom = (view.firstY - minY) * scale + kMargin;
+    const double left = (minX - view.firstX) * scale - kPixelMargin;
+    const double right = (maxX - view.firstX) * scale + kPixelMargin;
+    const double top = (view.firstY - maxY) * scale - kPixelMargin;
+    const double bottom = (view.firstY - minY) * scale + kPixelMargin;
     const double lastX = double(view.width) - 1.0, lastY = double(view.height) - 1.0;
     if (!(left <= lastX && right >= 0.0 && top <= lastY && bottom >= 0.0))
         return {0, 0, -1, -1};
@@ -341,5 +343,7 @@ struct ResolveSamples {
         triangle[i] = index;
     }
 };
+
+void launchPass(CpuTag, const ResolveSamples& work); ///< in lanes
 
 } // namespace shadowdag

@@ -6,5 +6,5 @@
 
 SDAG_CPU_PASS(RasterizeSlots) // gbuffer_cuda.cu has a kernel
 SDAG_PASS(RasterizeLarge)
-SDAG_PASS(ResolveSamples)
+SDAG_CUDA_PASS(ResolveSamples) // resolve_cpu.cpp has the CPU's
 SDAG_PASS(ResolveBaseColor)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Base colours of the samples of a frame, by the textures of their materials. The OpenGL backend
-// runs this text on the CPU, as it does ResolveSamples, and gives its shader the colours.
+// runs this pass on the CPU, as it does ResolveSamples, and gives its shader the colours.
 #pragma once
 
 #include "hybrid/gbuffer/gbuffer_raster.h"

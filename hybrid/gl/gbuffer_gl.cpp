@@ -100,9 +100,7 @@ void GlGBuffer::draw(const TriangleView& triangles, const BatchView& batches, co
     parallelFor<CpuTag>(seen_.size(),
                         FillVisibility{triangles, view, viewOf(seen_), gbuffer.visibility.view()},
                         4096);
-    runPass(Backend::kCpu, ResolveSamples{triangles, view, gbuffer.visibility.view(),
-                                          gbuffer.positionWorld.view(), gbuffer.normalWorld.view(),
-                                          gbuffer.depthView.view(), gbuffer.triangle.view()});
+    runPass(Backend::kCpu, gbuffer.resolvePass(triangles, view));
 }
 
 } // namespace shadowdag

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The G-buffer with OpenGL's rasterizer: a visibility buffer of triangle indices, whose samples the
-// CPU computes by the code of gbuffer_raster.h. A pixel with the same triangle as on the CPU
+// CPU computes by ResolveSamples. A pixel with the same triangle as on the CPU
 // therefore has the same bits; at outlines, where corners snap to 1/256 pixel, it may have another
 // triangle.
 #pragma once

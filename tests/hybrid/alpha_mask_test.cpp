@@ -133,6 +133,9 @@ TEST(AlphaMaskGBuffer, HolesShowTheSurfaceBehind) {
     const ViewRays view = makeViewRays(camera, 160, 90);
     GBuffer gbuffer(Backend::kCpu);
     drawGBuffer(Backend::kCpu, stage.view(), batches.view(), view, gbuffer);
+    GBuffer bySlot(Backend::kCpu);
+    drawGBuffer(Backend::kCpu, stage.view(), batches.view(), view, bySlot, GBufferDraw::kBySlot);
+    EXPECT_EQ(gbuffer.visibility.download(), bySlot.visibility.download());
     const GBufferView seen = gbuffer.view();
     size_t boardCount = 0, holeCount = 0;
     for (uint32_t y = 0; y < 90; ++y)

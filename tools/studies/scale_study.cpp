@@ -202,8 +202,9 @@ uint64_t scaleBytes(uint64_t triangleCount, size_t resolutionCount) {
     // Measured with the atrium from 0.3 to 12 million triangles (resident_bytes): 327 bytes more a
     // triangle with one resolution, 357 with three, rounded down. They are the scene and its world,
     // Embree's hierarchy twice (of the truth and of the method), ours, and the batches of each
-    // resolution's renderer.
-    constexpr uint64_t kBytesPerTriangle = 300, kBytesOfResolution = 15;
+    // resolution's renderer. Since then batches have vertices of their own (BatchVerticesView): 6
+    // bytes, and 16 for each of 0.6 vertices a triangle.
+    constexpr uint64_t kBytesPerTriangle = 300, kBytesOfResolution = 30;
     return triangleCount * (kBytesPerTriangle + kBytesOfResolution * resolutionCount);
 }
 
