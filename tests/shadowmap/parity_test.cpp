@@ -90,6 +90,7 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
     onBackend.triangles = batchTriangles.view();
     onBackend.bvh.boxes = bvhBoxes.view();
     onBackend.bvh.items = bvhItems.view();
+    onBackend.vertices = {}; // are the host's
     CullView cull{maps.view(), masks, onBackend, culling, {}};
     cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
     const size_t items = count * cull.parts();
