@@ -501,11 +501,9 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
                             {reinterpret_cast<const char*>(bytes.data()) + json.from, json.bytes});
         else if (error.find("File read error") != std::string::npos && !access.problem.empty())
             reason = unreadBuffer(document.model, summary) + access.problem;
-        else if (const size_t next = document.model.buffers.size();
-                 !isGlb && next < summary.buffers.size() && summary.buffers[next].uri.empty() &&
-                 error.find("'uri' is missing") != std::string::npos)
-            reason = "buffers/" + std::to_string(next) +
-                     ": 'uri' is missing, so it has no data; export the file again";
+        else if (error.find("'uri' is missing from non binary") != std::string::npos)
+            reason = unreadElement(document.model, summary) +
+                     "'uri' is missing, so it has no data; export the file again";
         else if (const std::string indices = indicesProblem(document.model); !indices.empty())
             reason = indices + "; export the file again";
         else
