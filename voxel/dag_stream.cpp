@@ -6,6 +6,7 @@
 #include "cuda/error.h"
 #include "voxel/dag_stream_work.h"
 #include "voxel/dag_trace.h"
+#include "voxel/stream_kernel.h"
 
 #include <cstddef>
 #include <cstdlib>
@@ -90,13 +91,7 @@ void traceStream(const DagView& dag, View<const WideCell> cells, View<const DagS
                             reinterpret_cast<const float*>(segments.data),
                             segments.count,
                             blocked.data};
-#if defined(SDAG_STREAM_X86)
-    if (isa == StreamIsa::kAvx512)
-        return stream::traceAvx512(work);
-    if (isa == StreamIsa::kAvx2)
-        return stream::traceAvx2(work);
-#endif
-    stream::tracePortable(work);
+    SDAG_KERNEL_OF(isa, stream::trace)(work);
 }
 
 void traceStream(const DagView& dag, View<const DagSegment> segments, View<uint8_t> blocked,

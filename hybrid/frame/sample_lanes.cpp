@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/sample_lanes.h"
 
+#include "voxel/stream_kernel.h"
+
 #include <algorithm>
 
 namespace shadowdag {
@@ -45,11 +47,17 @@ void SampleLanes::reset(uint32_t count) {
     work_.seen = seen_.data();
 }
 
-void SampleLanes::set(uint32_t i, const glm::vec3& positionWorld, const glm::vec3& normalWorld,
-                      const glm::vec3& albedo, const glm::vec3& color) {
+void SampleLanes::set(uint32_t i, const glm::vec3& positionWorld, const glm::vec3& normalWorld) {
     for (int a = 0; a < 3; ++a) {
         work_.position[a][i] = positionWorld[a];
         work_.normal[a][i] = normalWorld[a];
+    }
+}
+
+void SampleLanes::set(uint32_t i, const glm::vec3& positionWorld, const glm::vec3& normalWorld,
+                      const glm::vec3& albedo, const glm::vec3& color) {
+    set(i, positionWorld, normalWorld);
+    for (int a = 0; a < 3; ++a) {
         work_.albedo[a][i] = albedo[a];
         work_.color[a][i] = color[a];
     }
@@ -68,23 +76,11 @@ uint32_t SampleLanes::mark(const Light& light) {
     w.rangeSquared = light.rangeWorld * light.rangeWorld;
     w.cosOuter = light.cosOuter;
     w.coneWidth = greater(light.cosInner - light.cosOuter, 1e-4f);
-#if defined(SDAG_STREAM_X86)
-    if (isa_ == StreamIsa::kAvx512)
-        return stream::markSamplesAvx512(w);
-    if (isa_ == StreamIsa::kAvx2)
-        return stream::markSamplesAvx2(w);
-#endif
-    return stream::markSamplesPortable(w);
+    return SDAG_KERNEL_OF(isa_, stream::markSamples)(w);
 }
 
 void SampleLanes::add() {
-#if defined(SDAG_STREAM_X86)
-    if (isa_ == StreamIsa::kAvx512)
-        return stream::addLightAvx512(work_);
-    if (isa_ == StreamIsa::kAvx2)
-        return stream::addLightAvx2(work_);
-#endif
-    stream::addLightPortable(work_);
+    SDAG_KERNEL_OF(isa_, stream::addLight)(work_);
 }
 
 } // namespace shadowdag

@@ -18,7 +18,9 @@ public:
 
     /// Starts anew with `count` samples, to be set one by one.
     void reset(uint32_t count);
-    /// @param normalWorld unit, on the side of the lights @param color what lights are added to
+    /// Sets what mark() reads of a sample. @param normalWorld unit, on the side of the lights
+    void set(uint32_t i, const glm::vec3& positionWorld, const glm::vec3& normalWorld);
+    /// The same, and what add() reads. @param color what lights are added to
     void set(uint32_t i, const glm::vec3& positionWorld, const glm::vec3& normalWorld,
              const glm::vec3& albedo, const glm::vec3& color);
     uint32_t count() const { return work_.count; }

@@ -4,6 +4,7 @@
 #include "cuda/mutant.h"
 #include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/exact_stream_work.h"
+#include "voxel/stream_kernel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,14 +108,7 @@ void ExactStream::trace(const Light& light, View<const TruthStart> starts,
     work.blocked = blocked.data;
     work.confirm = confirm;
     work.user = const_cast<Rays*>(&rays);
-#if defined(SDAG_STREAM_X86)
-    if (isa_ == StreamIsa::kAvx512)
-        stream::traceExactAvx512(work, isDirectional);
-    else if (isa_ == StreamIsa::kAvx2)
-        stream::traceExactAvx2(work, isDirectional);
-    else
-#endif
-        stream::traceExactPortable(work, isDirectional);
+    SDAG_KERNEL_OF(isa_, stream::traceExact)(work, isDirectional);
     for (const uint32_t i : empty_)
         blocked[i] = 0;
     for (size_t i = 15; i < which.count && isMutant(Mutant::kExactLaneLost); i += 16)
