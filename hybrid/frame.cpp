@@ -47,7 +47,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     }
 
     // Page masks -> pool -> cull batches -> rasterize, for the maps that are drawn.
-    state.maps.build(state.clusters, result.maps, options, stages);
+    state.maps.build(state.surface, state.clusters, result.maps, options, stages);
 
     // One pass shades with both: rays through the DAG, lookups in the maps.
     ShadeSamples shading = state.prepareShading(options);

@@ -47,6 +47,7 @@ struct FrameOptions {
     /// visibilities stay the same, sums of colours round in another order.
     bool reorderLights = false;
     PairPruning pruning = PairPruning::kFacing;
+    PageMarks pageMarks = PageMarks::kLookups; ///< which pages of maps get memory
     ShadowMapOptions maps;
     ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked
     RayOptions rays;

@@ -81,7 +81,7 @@ SDAG_HD inline uint32_t levelOf(const PolygonLevelsView& levels, uint32_t batchI
 /// the list of draws is ordered by map, then along the Morton curve.
 struct CullView {
     View<const ShadowMapInfo> maps;
-    PageMaskView masks;
+    CullMaskView masks;
     BatchView batches;
     MapCulling culling;
     CellDepthView cells; ///< with MapCulling::kCellDepth, and with kept maps

@@ -122,7 +122,7 @@ struct ResetRow {
 /// Writes the needed depths of block i's cells, rounded up, and the greatest need of its cells,
 /// with and without those that are drawn, and marks its face if there are such.
 struct PrepareBlock {
-    PageMaskView masks; ///< cells and blocks are read with kCellDepth and written always
+    CullMaskView masks; ///< cells and blocks are read with kCellDepth and written always
     MapCulling culling;
     DrawnView drawn;
     View<uint32_t> openBlocks; ///< greatest need of cells that are not drawn as deep

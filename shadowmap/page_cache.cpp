@@ -105,8 +105,8 @@ uint32_t PageCache::takeSlot() {
     return slot;
 }
 
-void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
-                      uint64_t& wordCount, const ShadowMapOptions& options, bool keeps) {
+void PageCache::begin(std::vector<ShadowMapInfo>& maps, uint64_t& wordCount,
+                      const ShadowMapOptions& options, bool keeps) {
     keeps_ = keeps;
     retains_ = options.retainsPages;
     pageTexelsLog2_ = 0;
@@ -122,18 +122,19 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
     // Kept maps by light.
     std::vector<uint32_t> byLight(kept_.size());
     std::iota(byLight.begin(), byLight.end(), 0u);
-    std::stable_sort(byLight.begin(), byLight.end(),
-                     [&](uint32_t a, uint32_t b) { return kept_[a].light < kept_[b].light; });
+    std::stable_sort(byLight.begin(), byLight.end(), [&](uint32_t a, uint32_t b) {
+        return kept_[a].info.light < kept_[b].info.light;
+    });
     std::vector<uint8_t> isUsed(kept_.size(), 0), isGone(kept_.size(), 0);
     std::vector<KeptMap> next;
     std::vector<uint32_t> startBefore;
     std::vector<uint32_t> fresh; // positions in next
     for (size_t i = 0; i < maps.size(); ++i) {
         uint32_t found = kNoPage;
-        const uint32_t light = requests[i].light;
+        const uint32_t light = maps[i].light;
         auto at = std::lower_bound(byLight.begin(), byLight.end(), light,
-                                   [&](uint32_t a, uint32_t l) { return kept_[a].light < l; });
-        for (; at != byLight.end() && kept_[*at].light == light; ++at) {
+                                   [&](uint32_t a, uint32_t l) { return kept_[a].info.light < l; });
+        for (; at != byLight.end() && kept_[*at].info.light == light; ++at) {
             if (!isSameLight(kept_[*at].info, maps[i]))
                 isGone[*at] = 1; // the light moved
             else if (found == kNoPage && !isUsed[*at] && isSameMap(kept_[*at].info, maps[i]))
@@ -142,11 +143,11 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
         if (found != kNoPage) {
             isUsed[found] = 1;
             ++keptRequestCount_;
-            next.push_back({maps[i], light, kept_[found].slot});
+            next.push_back({maps[i], kept_[found].slot});
             startBefore.push_back(kept_[found].info.pageTableStart);
         } else {
             fresh.push_back(uint32_t(next.size()));
-            next.push_back({maps[i], light, 0});
+            next.push_back({maps[i], 0});
             startBefore.push_back(kNoPage);
         }
     }
@@ -380,7 +381,7 @@ void PageCache::count(ShadowMapCounts& counts) {
     countFresh(found[kPagesMissing], found[kPagesStale], counts);
 }
 
-KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
+KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const CullMaskView& masks,
                                    MapCulling culling) {
     openBlocks_.resize(masks.blocks.count);
     zero(openFaces_, masks.blocks.count / kBlocksPerMap);

@@ -28,10 +28,10 @@ public:
 
     /// Starts a frame. With `keeps`, finds the kept maps of the requests, and appends to `maps` and
     /// `wordCount` those that are not requested and may stay; otherwise releases all.
-    /// @param requests,maps the same maps, `maps` with the resolutions that fit
+    /// @param maps those of the requests, with the resolutions that fit
     /// @param wordCount of the page masks, 32 pages a word
-    void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
-               uint64_t& wordCount, const ShadowMapOptions& options, bool keeps);
+    void begin(std::vector<ShadowMapInfo>& maps, uint64_t& wordCount,
+               const ShadowMapOptions& options, bool keeps);
 
     /// Stores which batches moved since the last frame. Call before begin, of frames that may keep
     /// maps.
@@ -54,7 +54,7 @@ public:
     void count(ShadowMapCounts& counts);
 
     /// Prepares culling: writes the needs of masks.cells and masks.blocks. Only when it keeps.
-    KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
+    KeptView prepareCulling(View<const ShadowMapInfo> maps, const CullMaskView& masks,
                             MapCulling culling);
 
     /// Stores that everything that culling requested is drawn. Only when it keeps.
@@ -75,7 +75,6 @@ public:
 private:
     struct KeptMap {
         ShadowMapInfo info;
-        uint32_t light;
         uint32_t slot;
         uint32_t pageCount = 0;
     };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which pages, faces and projection-map cells the receivers of a map need, as bits; one receiver an
-// item. Source: Olsson et al. 2015, sec. IV-D to IV-F and V-A, V-B.
+// Which faces and projection-map cells the receivers of a map need, for culling, and which pages
+// their boxes cover, as bits; one receiver an item. Source: Olsson et al. 2015, sec. IV-D to IV-F
+// and V-A, V-B.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -9,7 +10,7 @@
 #include "cuda/view.h"
 #include "shadowmap/cell_depth.h"
 #include "shadowmap/cube_face.h"
-#include "shadowmap/shadow_map_lookup.h"
+#include "shadowmap/lookup_pages.h"
 
 namespace shadowdag {
 
@@ -34,15 +35,12 @@ struct MapReceiver {
 };
 constexpr uint32_t kNoMap = 0xffffffffu;
 
-/// Needs of the receivers in the maps. All words start at 0.
-/// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
+/// What culling needs to know of the receivers of the maps. All words start at 0.
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
-/// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks
-/// of them; both empty if not requested. All but `pages` may be empty: then pages alone are
-/// marked.
-struct PageMaskView {
-    View<uint32_t> pages;
+/// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks of them; both empty
+/// if not requested.
+struct CullMaskView {
     View<uint32_t> projection;
     View<uint32_t> faces;
     View<uint32_t> depths;
@@ -61,8 +59,6 @@ struct PageMaskView {
 /// taps.
 SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     const float n = float(faceTexels);
-    if (isMutant(Mutant::kMapMarginZero))
-        return 0.0f;
     if (taps <= 1)
         return 2.0f / n;
     const float e = float(filterSide(taps)) / n;
@@ -90,68 +86,63 @@ SDAG_HD inline void setBits(View<uint32_t> words, uint32_t begin, uint32_t end) 
     }
 }
 
-struct MarkReceiverFace;
-
-/// Marks the needs of receiver i.
-struct MarkReceiver {
+/// The receivers of maps, on the maps' faces.
+struct ReceiverBoxes {
     View<const ShadowMapInfo> maps;
     View<const Box> boxesWorld;
     View<const MapReceiver> receivers;
-    PageMaskView masks;
-    uint32_t pageTexelsLog2;
     uint32_t taps;
 
-    size_t itemCount() const { return receivers.count; }
+    /// Returns whether lookups of a receiver read a face of its map, and where. Depths are those at
+    /// which blockers can matter.
+    SDAG_HD bool reaches(const MapReceiver& receiver, uint32_t face, FaceRect& rect) const {
+        if (receiver.map == kNoMap)
+            return false;
+        const ShadowMapInfo& map = maps[receiver.map];
+        const Box& world = boxesWorld[receiver.box];
+        if (world.empty() || !(facesOf(map) >> face & 1u))
+            return false;
+        rect = {-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
+        if (map.faceTexels < kLeastMaskedFaceTexels)
+            return true;
+        const float margin = filterMargin(map.faceTexels, taps);
+        if (!projectOnMap(map, world, face, margin, rect) ||
+            !narrowToCone(map.cone, face, margin, rect))
+            return false;
+        if (!map.window.isDirectional()) // whose taps compare at the receiver's own depth
+            rect.depthMax *= filterDepthFactor(margin);
+        return true;
+    }
+};
+
+struct MarkReceiverFace;
+
+/// Marks for culling what receiver i needs.
+struct MarkReceiver {
+    ReceiverBoxes boxes;
+    CullMaskView masks;
+
+    size_t itemCount() const { return boxes.receivers.count; }
     /// Most receivers are seen by one face of six: on CUDA each face is an item.
     MarkReceiverFace shortItems() const;
     SDAG_HD void operator()(size_t i) const {
         for (uint32_t face = 0; face < kFaceCount; ++face)
-            markFace(receivers[i], face);
+            markFace(boxes.receivers[i], face);
     }
     SDAG_HD void markFace(const MapReceiver& receiver, uint32_t face) const {
-        if (receiver.map == kNoMap)
+        FaceRect rect;
+        if (!boxes.reaches(receiver, face, rect))
             return;
-        const ShadowMapInfo& map = maps[receiver.map];
-        const Box& world = boxesWorld[receiver.box];
-        if (world.empty() || !(facesOf(map) >> face & 1u))
-            return;
-        FaceRect rect{-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
-        if (map.faceTexels >= kLeastMaskedFaceTexels) {
-            const float margin = filterMargin(map.faceTexels, taps);
-            if (!projectOnMap(map, world, face, margin, rect) ||
-                !narrowToCone(map.cone, face, margin, rect))
-                return;
-            if (!map.window.isDirectional()) // whose taps compare at the receiver's own depth
-                rect.depthMax *= filterDepthFactor(margin);
-        }
-        mark(receiver.map, map, face, rect);
-    }
-
-private:
-    SDAG_HD void mark(uint32_t mapIndex, const ShadowMapInfo& map, uint32_t face,
-                      const FaceRect& rect) const {
-        const uint32_t n = map.faceTexels;
-        const uint32_t x0 = faceCell(rect.uMin, n) >> pageTexelsLog2;
-        const uint32_t x1 = faceCell(rect.uMax, n) >> pageTexelsLog2;
-        const uint32_t y0 = faceCell(rect.vMin, n) >> pageTexelsLog2;
-        const uint32_t y1 = faceCell(rect.vMax, n) >> pageTexelsLog2;
-        for (uint32_t y = y0; y <= y1; ++y) {
-            if (mapIndex == 0 && y == map.facePages / 2 && isMutant(Mutant::kMapPageDropped))
-                continue;
-            const uint32_t row = pageTableIndex(map, face, 0, y);
-            setBits(masks.pages, row + x0, row + x1 + 1);
-        }
-        if (masks.faces.empty())
-            return;
-        orOnceRelaxed(&masks.faces[mapIndex], 1u << face);
-        raiseOnceRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
+        orOnceRelaxed(&masks.faces[receiver.map], 1u << face);
+        raiseOnceRelaxed(&masks.depths[receiver.map * kFaceCount + face], floatBits(rect.depthMax));
         const CellRect cells = cellsOf(rect);
-        const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
+        const uint32_t first = receiver.map * kProjectionWordsPerMap + face * kProjectionMapSize;
         const uint32_t row = (~0u >> (31 - cells.u1)) & (~0u << cells.u0);
         for (uint32_t v = cells.v0; v <= cells.v1; ++v)
             atomicOrRelaxed(&masks.projection[first + v], row);
         if (!masks.cells.empty())
-            raiseCells(masks.cells, masks.blocks, mapIndex, face, cells, depthBits(rect.depthMax));
+            raiseCells(masks.cells, masks.blocks, receiver.map, face, cells,
+                       depthBits(rect.depthMax));
     }
 };
 
@@ -159,31 +150,60 @@ private:
 struct MarkReceiverFace {
     MarkReceiver work;
 
-    size_t itemCount() const { return work.receivers.count * kFaceCount; }
+    size_t itemCount() const { return work.boxes.receivers.count * kFaceCount; }
     SDAG_HD void operator()(size_t i) const {
-        const size_t count = work.receivers.count;
-        work.markFace(work.receivers[i % count], uint32_t(i / count));
+        const size_t count = work.boxes.receivers.count;
+        work.markFace(work.boxes.receivers[i % count], uint32_t(i / count));
     }
 };
 inline MarkReceiverFace MarkReceiver::shortItems() const {
     return {*this};
 }
 
-/// Marks the pages alone of every receiver, for maps of several resolutions: map m of step s is
-/// maps [s * mapCount + m].
-struct MarkPagesOfSteps {
-    MarkReceiver work;
-    uint32_t mapCount, stepCount;
+/// Marks the pages that receivers cover; an item is a receiver, a face and a step.
+struct MarkBoxPages {
+    View<const Box> boxesWorld;
+    View<const MapReceiver> receivers;
+    PageDemand demand;
 
-    size_t itemCount() const { return work.receivers.count * kFaceCount * stepCount; }
+    size_t itemCount() const { return receivers.count * kFaceCount * demand.stepCount; }
     SDAG_HD void operator()(size_t i) const {
-        const size_t count = work.receivers.count;
-        MapReceiver receiver = work.receivers[i % count];
+        const size_t count = receivers.count;
+        MapReceiver receiver = receivers[i % count];
         if (receiver.map == kNoMap)
             return;
-        receiver.map += uint32_t(i / count / kFaceCount) * mapCount;
-        work.markFace(receiver, uint32_t(i / count % kFaceCount));
+        receiver.map += uint32_t(i / count / kFaceCount) * demand.mapCount;
+        const uint32_t face = uint32_t(i / count % kFaceCount);
+        const ReceiverBoxes boxes{demand.maps, boxesWorld, receivers, demand.taps};
+        FaceRect rect;
+        if (!boxes.reaches(receiver, face, rect))
+            return;
+        const ShadowMapInfo& map = demand.maps[receiver.map];
+        const auto pageOf = [&](float at) {
+            return faceCell(at, map.faceTexels) >> demand.pageTexelsLog2;
+        };
+        for (uint32_t y = pageOf(rect.vMin), last = pageOf(rect.vMax); y <= last; ++y) {
+            const uint32_t row = pageTableIndex(map, face, 0, y);
+            setBits(demand.pages, row + pageOf(rect.uMin), row + pageOf(rect.uMax) + 1);
+        }
     }
+};
+
+/// The pages that boxes cover, and so those of lookups from anywhere within them.
+class BoxPageMarker final : public PageMarker {
+public:
+    /// @param boxesWorld,receivers on the backend, as long as this lives
+    BoxPageMarker(Backend backend, View<const Box> boxesWorld, View<const MapReceiver> receivers)
+        : backend_(backend), boxesWorld_(boxesWorld), receivers_(receivers) {}
+
+    void mark(const PageDemand& demand) const override {
+        runPass(backend_, MarkBoxPages{boxesWorld_, receivers_, demand});
+    }
+
+private:
+    Backend backend_;
+    View<const Box> boxesWorld_;
+    View<const MapReceiver> receivers_;
 };
 
 /// Writes to counts[i] the pages marked in word i, and 0 to the remaining counts.
@@ -204,7 +224,7 @@ struct CountPages {
 /// Counts the marked pages of every map: all bits of its words, which are no other map's.
 struct CountPagesOfMaps {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> pages; ///< PageMaskView::pages
+    View<const uint32_t> pages; ///< PageDemand::pages
     View<uint32_t> counts;      ///< a map each
 
     size_t itemCount() const { return maps.count; }

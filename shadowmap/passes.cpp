@@ -10,7 +10,7 @@
 // page_mask.h, cell_depth.h; cull_cuda.cu has the kernels of those that are registered for the CPU
 // alone
 SDAG_PASS(MarkReceiver)
-SDAG_PASS(MarkPagesOfSteps)
+SDAG_PASS(MarkBoxPages)
 SDAG_PASS(CountPages)
 SDAG_CPU_PASS(CountPagesOfMaps)
 SDAG_PASS(GatherBlock)

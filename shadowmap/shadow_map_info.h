@@ -24,6 +24,7 @@ struct ShadowMapInfo {
     /// Polygon level of detail that it is drawn at (ShadowMapOptions::lodTexels): its surfaces may
     /// be so many texels off the receivers'. Lookups compensate for this.
     float lodTexels = 0.0f;
+    uint32_t light = 0; ///< MapRequest::light
 
     bool operator==(const ShadowMapInfo&) const = default;
 };

@@ -80,7 +80,8 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
         const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
         const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
         layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                               uint32_t(layout.maskWordCount * 32), r.window, r.cone});
+                               uint32_t(layout.maskWordCount * 32), r.window, r.cone, 0.0f,
+                               r.light});
         layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
     }
     if (layout.maskWordCount * 32 > 0xffffffffull)
@@ -113,7 +114,7 @@ struct ShadowMaps::State {
     ResidentGeometry geometry{backend, "shadowmap"};
     Resident<ShadowMapInfo> maps{backend, "shadowmap maps"}; // the requests', then those kept
 
-    // Written by page masks: see PageMaskView.
+    // Written by page masks: see PageDemand and CullMaskView.
     Buffer<uint32_t> pageBits{backend, "shadowmap page masks"};
     Buffer<uint32_t> projection{backend, "shadowmap projection maps"};
     Buffer<uint32_t> faces{backend, "shadowmap face masks"};
@@ -159,9 +160,8 @@ struct ShadowMaps::State {
 
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
-    PageMaskView masks() {
-        return {pageBits.view(),    projection.view(), faces.view(),
-                depthLimits.view(), cells.view(),      blocks.view()};
+    CullMaskView masks() {
+        return {projection.view(), faces.view(), depthLimits.view(), cells.view(), blocks.view()};
     }
 
     /// Divisor `step` of resolutions: every second one is a power of two, exactly.
@@ -196,8 +196,8 @@ struct ShadowMaps::State {
         return words;
     }
 
-    /// Queues to mark the pages of all receivers at a divisor, and to count them, and those at the
-    /// first `stepCount` divisors, whose page tables have `stepWords` words. Without requests
+    /// Queues to mark what all receivers need at a divisor, and to count the pages, and those at
+    /// the first `stepCount` divisors, whose page tables have `stepWords` words. Without requests
     /// it queues nothing, and there is nothing to wait for.
     void queueMark(const std::vector<MapRequest>& requests, const MapInputs& inputs, int step,
                    int stepCount, uint64_t stepWords) {
@@ -220,18 +220,19 @@ struct ShadowMaps::State {
         if (requests.empty())
             return;
         fillAll(backend, {pageBits, projection, faces, depthLimits, cells, blocks, stepBits});
-        PageMaskView marked = masks();
+        CullMaskView marked = masks();
         if (options.culling < MapCulling::kCellDepth)
             marked.cells = {}; // written later, from the coarser levels
-        const MarkReceiver work{maps.view(), inputs.receiverBoxes, inputs.receivers,
-                                marked,      pageTexelsLog2(),     options.taps};
-        runPass(backend, work);
-        MarkReceiver ofSteps = work;
-        ofSteps.maps = stepMaps.view();
-        ofSteps.masks = {stepBits.view(), {}, {}, {}, {}, {}};
+        runPass(backend,
+                MarkReceiver{{maps.view(), inputs.receiverBoxes, inputs.receivers, options.taps},
+                             marked});
+        const auto markPages = [&](View<const ShadowMapInfo> of, int count, View<uint32_t> bits) {
+            inputs.pages.mark({of, uint32_t(requests.size()), uint32_t(count), bits,
+                               pageTexelsLog2(), options.taps});
+        };
+        markPages(maps.view(), 1, pageBits.view());
         if (stepCount > 0)
-            runPass(backend,
-                    MarkPagesOfSteps{ofSteps, uint32_t(requests.size()), uint32_t(stepCount)});
+            markPages(stepMaps.view(), stepCount, stepBits.view());
         const View<uint32_t> first{firstPage.view().data, words + 1};
         runPass(backend, CountPages{std::as_const(pageBits).view(), first});
         prefixSums(backend, {first.data, first.count}, first);
@@ -302,7 +303,7 @@ struct ShadowMaps::State {
         uint64_t words = pageBits.size();
         {
             const StageTimer timer(backend, stages, "page commit");
-            cache.begin(requests, all, words, options,
+            cache.begin(all, words, options,
                         options.useStaticOptimization && !requests.empty() && wanted <= capacity);
             maps.take(all);
         }
@@ -525,14 +526,13 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     check(requests, options);
     check(requests, receiverBoxes, receivers);
     State& s = *state_;
-    MapInputs inputs{{}, {}, geometry, batches, false};
     {
         const StageTimer timer(s.backend, stages, "page masks");
         s.receiverBoxes.set(receiverBoxes);
         s.receivers.set(receivers);
-        inputs.receiverBoxes = s.receiverBoxes.view();
-        inputs.receivers = s.receivers.view();
     }
+    const BoxPageMarker marker(s.backend, s.receiverBoxes.view(), s.receivers.view());
+    MapInputs inputs{s.receiverBoxes.view(), s.receivers.view(), geometry, batches, marker, false};
     if (s.backend != Backend::kCpu) {
         const StageTimer timer(s.backend, stages, "geometry copy");
         s.geometry.set(geometry, batches);

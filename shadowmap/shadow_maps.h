@@ -8,8 +8,8 @@
 #include "cuda/list_length.h"
 #include "cuda/timer.h"
 #include "scenes/batches.h"
+#include "shadowmap/lookup_pages.h"
 #include "shadowmap/page_mask.h"
-#include "shadowmap/shadow_map_lookup.h"
 
 #include <cstdint>
 #include <memory>
@@ -59,15 +59,16 @@ struct ShadowMapOptions {
     bool operator==(const ShadowMapOptions&) const = default;
 };
 
-/// The stages of ShadowMaps::build, in their order. "page masks": cluster boxes projected on faces,
-/// for pages, projection maps and depths. "page commit": the correspondence of maps and pages to
-/// those of the last frame, and memory for new pages. "page clear": of that memory, unless
-/// "rasterization" clears a face's new pages before it draws there, as on the CPU. "geometry copy":
-/// to the device, CUDA only, and only of inputs that are not there. "culling masks": depths of
-/// blocks of cells; with static optimization also the drawn depths. "culling query": the batches
-/// that each map reaches, by the hierarchy; with guessed lengths, unless levels of detail are
-/// drawn, before "page commit". "culling tests": those batches against face masks, projection maps
-/// and depths, and the list of draws. "rasterization": drawing it.
+/// The stages of ShadowMaps::build, in their order. "page masks": the pages that lookups read
+/// (PageMarker), and cluster boxes projected on faces, for projection maps and depths. "page
+/// commit": the correspondence of maps and pages to those of the last frame, and memory for new
+/// pages. "page clear": of that memory, unless "rasterization" clears a face's new pages before it
+/// draws there, as on the CPU. "geometry copy": to the device, CUDA only, and only of inputs that
+/// are not there. "culling masks": depths of blocks of cells; with static optimization also the
+/// drawn depths. "culling query": the batches that each map reaches, by the hierarchy; with guessed
+/// lengths, unless levels of detail are drawn, before "page commit". "culling tests": those batches
+/// against face masks, projection maps and depths, and the list of draws. "rasterization": drawing
+/// it.
 inline constexpr const char* kShadowMapStages[] = {
     "page masks",    "page commit",   "page clear",    "geometry copy",
     "culling masks", "culling query", "culling tests", "rasterization"};
@@ -112,12 +113,14 @@ struct ShadowMapCounts {
 
 class MapDrawer;
 
-/// The input of the maps, on the backend: as ShadowMaps::build takes it on the host.
+/// The input of the maps, on the backend: as ShadowMaps::build takes it on the host, and what
+/// marks its pages.
 struct MapInputs {
     View<const Box> receiverBoxes;
     View<const MapReceiver> receivers; ///< indices within receiverBoxes and the requests
     TriangleView geometry;
-    BatchView batches; ///< with their hierarchy
+    BatchView batches;       ///< with their hierarchy
+    const PageMarker& pages; ///< marks those of the receivers
     /// Whether build() is told of all moved batches; if not, it compares the boxes of all.
     bool areMovedNamed = false;
 };
@@ -130,14 +133,14 @@ public:
     explicit ShadowMaps(Backend backend, MapDrawer* drawer = nullptr);
     ~ShadowMaps();
 
-    /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic;
-    /// with static optimization they depend on the builds since the last forget() as well, but no
-    /// lookup does: its result is as if everything had been redrawn. If the pool is too small, face
-    /// resolutions are divided by a common divisor in steps of sqrt(2) until it fits, and counts()
-    /// reports it; pages that do not fit even then get no memory and are counted. Replaces the maps
-    /// of the last frame. Empty inputs are valid: no requests, receivers or geometry gives empty
-    /// maps. Throws Error kUsage for a resolution, page size, range, position, light or receiver
-    /// index out of bounds.
+    /// Marks the pages that the receivers' boxes cover (BoxPageMarker), allocates them, culls
+    /// batches and draws depth. All integers are deterministic; with static optimization they
+    /// depend on the builds since the last forget() as well, but no lookup does: its result is as
+    /// if everything had been redrawn. If the pool is too small, face resolutions are divided by a
+    /// common divisor in steps of sqrt(2) until it fits, and counts() reports it; pages that do not
+    /// fit even then get no memory and are counted. Replaces the maps of the last frame. Empty
+    /// inputs are valid: no requests, receivers or geometry gives empty maps. Throws Error kUsage
+    /// for a resolution, page size, range, position, light or receiver index out of bounds.
     /// @param requests the maps; @param receiverBoxes world boxes; @param receivers pairs of a box
     /// and the map that it reads
     /// @param geometry,batches the same positions, on the host; the CPU reads them in place, CUDA
@@ -157,7 +160,9 @@ public:
                const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages,
                View<const uint32_t> movedBatches = {});
 
-    /// The same with inputs that are on the backend already: only changes are copied there.
+    /// The same with inputs that are on the backend already: only changes are copied there. The
+    /// pages are those of inputs.pages, which must lie within the receivers' boxes: culling keeps
+    /// what boxes may need.
     /// @param hostBatches the same batches on the host
     /// @param stages on CUDA not yet settled (StageTimes)
     /// @param movedBatches as above; with inputs.areMovedNamed those whose box changed as well
@@ -177,7 +182,7 @@ public:
     /// Returns the input of lookups; valid until the next build.
     ShadowMapView view() const;
     /// Returns the projection maps of the requests' maps, kProjectionWordsPerMap words each, as
-    /// PageMaskView has them; valid until the next build.
+    /// CullMaskView has them; valid until the next build.
     View<const uint32_t> projectionMaps() const;
     /// Returns the counts of the last build. Those of culling are fetched from the backend at the
     /// first call of one of these three: a round trip on CUDA, which frames leave to their reports.

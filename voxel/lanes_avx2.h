@@ -82,6 +82,10 @@ struct Avx2Lanes {
     /// Rounds towards zero; what is not in the range of integers becomes any number.
     static Ints toInts(Floats v) { return _mm256_cvttps_epi32(v); }
     static Floats toFloats(Ints v) { return _mm256_cvtepi32_ps(v); }
+    /// @param to aligned to the vector
+    static void storeInts(int32_t* to, Ints v) {
+        _mm256_store_si256(reinterpret_cast<__m256i*>(to), v);
+    }
     static Ints addInts(Ints a, Ints b) { return _mm256_add_epi32(a, b); }
     static Ints mulInts(Ints a, Ints b) { return _mm256_mullo_epi32(a, b); }
     static Ints andInts(Ints a, Ints b) { return _mm256_and_si256(a, b); }
@@ -99,7 +103,7 @@ struct Avx2Lanes {
     /// Asks the caches for base[index] of every lane.
     static void prefetch(const uint32_t* base, Ints index) {
         alignas(32) int32_t at[kWidth];
-        _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
+        storeInts(at, index);
         for (const int32_t i : at)
             __builtin_prefetch(base + i);
     }

@@ -59,6 +59,7 @@ struct Avx512Lanes {
     static Ints splatInt(int32_t v) { return _mm512_set1_epi32(v); }
     static Ints toInts(Floats v) { return _mm512_cvttps_epi32(v); }
     static Floats toFloats(Ints v) { return _mm512_cvtepi32_ps(v); }
+    static void storeInts(int32_t* to, Ints v) { _mm512_store_si512(to, v); }
     static Ints addInts(Ints a, Ints b) { return _mm512_add_epi32(a, b); }
     static Ints mulInts(Ints a, Ints b) { return _mm512_mullo_epi32(a, b); }
     static Ints andInts(Ints a, Ints b) { return _mm512_and_si512(a, b); }
@@ -74,7 +75,7 @@ struct Avx512Lanes {
     /// Asks the caches for base[index] of every lane.
     static void prefetch(const uint32_t* base, Ints index) {
         alignas(64) int32_t at[kWidth];
-        _mm512_store_si512(at, index);
+        storeInts(at, index);
         for (const int32_t i : at)
             __builtin_prefetch(base + i);
     }

@@ -110,6 +110,7 @@ struct PortableLanes {
     static Floats select(uint32_t which, const Floats& a, const Floats& b) {
         return each([&](uint32_t i) { return which >> i & 1 ? a.at[i] : b.at[i]; });
     }
+    static void storeInts(int32_t* to, const Ints& v) { __builtin_memcpy(to, &v, sizeof v); }
     static Ints splatInt(int32_t v) {
         return eachInt([&](uint32_t) { return v; });
     }

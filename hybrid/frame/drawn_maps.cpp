@@ -4,6 +4,7 @@
 #include "cuda/mutant.h"
 #include "hybrid/frame/host_copy.h"
 #include "hybrid/frame/map_routing.h"
+#include "hybrid/frame/page_marker.h"
 
 #include <utility>
 
@@ -25,8 +26,9 @@ void DrawnMaps::setServers(std::vector<PairServer> servers) {
     serversOnBackend_.set(servers_);
 }
 
-void DrawnMaps::build(const FrameClusters& clusters, const std::vector<MapRecord>& records,
-                      const FrameOptions& options, StageTimes& stages) {
+void DrawnMaps::build(const VisibleSurface& surface, const FrameClusters& clusters,
+                      const std::vector<MapRecord>& records, const FrameOptions& options,
+                      StageTimes& stages) {
     FrameScene& scene = context_.scene;
     std::vector<MapRequest> requests;
     {
@@ -50,21 +52,23 @@ void DrawnMaps::build(const FrameClusters& clusters, const std::vector<MapRecord
     }
     const MapGeometry onBackend = scene.mapGeometryOnBackend(options.maps.lodTexels);
     const std::vector<uint32_t> moved = moved_.take(options.maps.lodTexels);
+    const View<const MapReceiver> receivers = std::as_const(receivers_.list).view();
     maps_.build(requests,
-                {clusters.clusters().boxesWorld.view(), std::as_const(receivers_.list).view(),
-                 onBackend.triangles, onBackend.batches, true},
+                {clusters.view().boxesWorld, receivers, onBackend.triangles, onBackend.batches,
+                 *pageMarkerOf(context_, surface, clusters, receivers, options.pageMarks), true},
                 scene.mapGeometry(options.maps.lodTexels).batches, options.maps, stages,
                 viewOf(moved));
 }
 
-void DrawnMaps::buildAlone(const FrameClusters& clusters, const MapRequest& request,
-                           View<const MapReceiver> receivers, const ShadowMapOptions& options,
-                           StageTimes& stages) {
-    const MapGeometry onBackend = context_.scene.mapGeometryOnBackend(options.lodTexels);
-    maps_.build(
-        {request},
-        {clusters.clusters().boxesWorld.view(), receivers, onBackend.triangles, onBackend.batches},
-        context_.scene.mapGeometry(options.lodTexels).batches, options, stages);
+void DrawnMaps::buildAlone(const VisibleSurface& surface, const FrameClusters& clusters,
+                           const MapRequest& request, View<const MapReceiver> receivers,
+                           const FrameOptions& options, StageTimes& stages) {
+    const float lodTexels = options.maps.lodTexels;
+    const MapGeometry onBackend = context_.scene.mapGeometryOnBackend(lodTexels);
+    maps_.build({request},
+                {clusters.view().boxesWorld, receivers, onBackend.triangles, onBackend.batches,
+                 *pageMarkerOf(context_, surface, clusters, receivers, options.pageMarks)},
+                context_.scene.mapGeometry(lodTexels).batches, options.maps, stages);
 }
 
 ShadowMapView DrawnMaps::hostView() {

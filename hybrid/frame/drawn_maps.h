@@ -21,13 +21,14 @@ public:
 
     /// Builds the maps routed to be drawn; all others are traced. Adds the stages' times. Throws
     /// Error kUsage when a map is routed to rays and there is no DAG.
-    void build(const FrameClusters& clusters, const std::vector<MapRecord>& records,
-               const FrameOptions& options, StageTimes& stages);
+    void build(const VisibleSurface& surface, const FrameClusters& clusters,
+               const std::vector<MapRecord>& records, const FrameOptions& options,
+               StageTimes& stages);
     /// Builds one map alone, for costs.
     /// @param receivers of the map, on the backend
-    void buildAlone(const FrameClusters& clusters, const MapRequest& request,
-                    View<const MapReceiver> receivers, const ShadowMapOptions& options,
-                    StageTimes& stages);
+    void buildAlone(const VisibleSurface& surface, const FrameClusters& clusters,
+                    const MapRequest& request, View<const MapReceiver> receivers,
+                    const FrameOptions& options, StageTimes& stages);
     /// Sets the sources of the records of a frame.
     void setServers(std::vector<PairServer> servers);
 

@@ -80,13 +80,12 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     OneMap one(state.context.backend);
     // Cold: the full cost of a map, not that of its remaining work.
     const bool isWarm = options.start == FrameStart::kWarm;
-    ShadowMapOptions mapOptions = options.maps;
-    mapOptions.useStaticOptimization = isWarm && options.maps.useStaticOptimization;
-    FrameOptions shadingOptions = options;
-    shadingOptions.makeAllBeams = true; // by the uncounted repeats, in which cells are divided
+    FrameOptions aloneOptions = options;
+    aloneOptions.maps.useStaticOptimization = isWarm && options.maps.useStaticOptimization;
+    aloneOptions.makeAllBeams = true; // by the uncounted repeats, in which cells are divided
     const bool keepsBeams = isWarm && options.rays.keepsBeams();
     if (!isWarm)
-        shadingOptions.rays.beamBytes = 0;
+        aloneOptions.rays.beamBytes = 0;
     Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
     FrameCosts costs;
 
@@ -113,16 +112,16 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 StageTimes times;
                 times.beforeStage = beforeStage;
                 if (route == Route::kMap)
-                    state.maps.buildAlone(state.clusters, request, std::as_const(receivers).view(),
-                                          mapOptions, times);
+                    state.maps.buildAlone(state.surface, state.clusters, request,
+                                          std::as_const(receivers).view(), aloneOptions, times);
                 state.maps.setServers(
                     {route == Route::kMap ? PairServer::drawnMap(0) : PairServer::rays()});
-                ShadeSamples shading = state.prepareShading(shadingOptions);
+                ShadeSamples shading = state.prepareShading(aloneOptions);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();
                 {
                     const StageTimer timer(state.context.backend, times, "shading");
-                    state.shading.beginBeams(view, shadingOptions, shading);
+                    state.shading.beginBeams(view, aloneOptions, shading);
                     state.shading.shade(shading);
                 }
                 times.settle();

@@ -2,6 +2,7 @@
 #include "hybrid/frame/lookup_lanes.h"
 
 #include "cuda/mutant.h"
+#include "voxel/stream_kernel.h"
 
 #include <cmath>
 
@@ -18,17 +19,21 @@ bool isFaultOfOneText() {
     case Mutant::kMapPlaneDropped:
     case Mutant::kMapWeightsSwapped:
     case Mutant::kMapSeamClamped:
+    case Mutant::kMapPageDropped:
+    case Mutant::kMapMarginZero:
         return true;
     default:
         return false;
     }
 }
 
-/// Returns whether the lanes' 32-bit signed indices reach all texels and pages of a map.
-bool fitsLanes(const ShadowMapView& maps, const ShadowMapInfo& map) {
-    constexpr size_t kMost = size_t(1) << 31;
-    return !maps.depths.empty() && maps.depths.count <= kMost &&
-           uint64_t(kFaceCount) * map.facePages * map.facePages <= kMost && !isFaultOfOneText();
+/// What the lanes' 32-bit signed indices reach.
+constexpr size_t kMostIndices = size_t(1) << 31;
+
+/// Returns whether lanes reach all pages of a map and do what the one text does.
+bool fitsLanes(const ShadowMapInfo& map) {
+    return uint64_t(kFaceCount) * map.facePages * map.facePages <= kMostIndices &&
+           !isFaultOfOneText();
 }
 
 /// Returns what makeDirectionalReceiver (shadowmap/directional_filter.h) derives of a window for
@@ -72,9 +77,8 @@ LookupLanes::LookupLanes(StreamIsa isa) : isa_(isa) {
     SDAG_ASSERT(hasStreamIsa(isa));
 }
 
-uint32_t LookupLanes::lookUp(const ShadowMapView& maps, uint32_t map, const ShadowMapBias& bias,
-                             const stream::SampleWork& samples, View<const uint8_t> isAsked,
-                             View<uint8_t> seen) {
+stream::LookupWork LookupLanes::workOf(const stream::SampleWork& samples,
+                                       View<const uint8_t> isAsked) {
     stream::LookupWork work{};
     for (int a = 0; a < 3; ++a) {
         work.position[a] = samples.position[a];
@@ -82,16 +86,24 @@ uint32_t LookupLanes::lookUp(const ShadowMapView& maps, uint32_t map, const Shad
     }
     work.count = samples.count;
     work.isAsked = isAsked.data;
-    work.seen = seen.data;
     left_.resize(samples.count);
     work.left = left_.data();
-    if (fitsLanes(maps, maps.maps[map])) {
-        lookUpInLanes(maps, maps.maps[map], bias, work);
-    } else {
-        for (uint32_t i = 0; i < samples.count; ++i)
-            if (isAsked[i])
-                left_[work.leftCount++] = i;
-    }
+    return work;
+}
+
+uint32_t LookupLanes::lookUp(const ShadowMapView& maps, uint32_t map, const ShadowMapBias& bias,
+                             const stream::SampleWork& samples, View<const uint8_t> isAsked,
+                             View<uint8_t> seen) {
+    const ShadowMapInfo& info = maps.maps[map];
+    stream::LookupWork work = workOf(samples, isAsked);
+    work.seen = seen.data;
+    work.pageTable = maps.pageTable.data + info.pageTableStart;
+    work.depths = maps.depths.data;
+    const bool doDepthsFit = !maps.depths.empty() && maps.depths.count <= kMostIndices;
+    run(SDAG_KERNEL_OF(isa_, stream::lookUp), info, doDepthsFit && fitsLanes(info),
+        maps.pageTexelsLog2, bias, work);
+    if (work.count >= 8 && work.isAsked[7] && isMutant(Mutant::kLookupLaneLost))
+        work.seen[7] = 255;
     uint32_t missingCount = work.missingCount;
     for (uint32_t k = 0; k < work.leftCount; ++k) {
         const uint32_t i = left_[k];
@@ -103,11 +115,29 @@ uint32_t LookupLanes::lookUp(const ShadowMapView& maps, uint32_t map, const Shad
     return missingCount;
 }
 
-void LookupLanes::lookUpInLanes(const ShadowMapView& maps, const ShadowMapInfo& map,
-                                const ShadowMapBias& bias, stream::LookupWork& work) {
-    work.pageTable = maps.pageTable.data + map.pageTableStart;
-    work.depths = maps.depths.data;
-    work.pageTexelsLog2 = maps.pageTexelsLog2;
+void LookupLanes::markPages(const PageDemand& demand, uint32_t map,
+                            const stream::SampleWork& samples, View<const uint8_t> isAsked) {
+    const ShadowMapInfo& info = demand.maps[map];
+    stream::LookupWork work = workOf(samples, isAsked);
+    work.pages = demand.pages.data + info.pageTableStart / 32;
+    run(SDAG_KERNEL_OF(isa_, stream::markPages), info, fitsLanes(info), demand.pageTexelsLog2,
+        {0.0f, demand.taps}, work);
+    for (uint32_t k = 0; k < work.leftCount; ++k) {
+        const uint32_t i = left_[k];
+        markLookup(demand, map, vectorOf(work.position, i), vectorOf(work.normal, i));
+    }
+}
+
+void LookupLanes::run(void (*kernel)(stream::LookupWork&), const ShadowMapInfo& map,
+                      bool doLanesFit, uint32_t pageTexelsLog2, const ShadowMapBias& bias,
+                      stream::LookupWork& work) {
+    if (!doLanesFit) {
+        for (uint32_t i = 0; i < work.count; ++i)
+            if (work.isAsked[i])
+                work.left[work.leftCount++] = i;
+        return;
+    }
+    work.pageTexelsLog2 = pageTexelsLog2;
     for (int a = 0; a < 3; ++a)
         work.light[a] = map.lightPositionWorld[a];
     work.faceTexels = map.faceTexels;
@@ -128,17 +158,8 @@ void LookupLanes::lookUpInLanes(const ShadowMapView& maps, const ShadowMapInfo& 
         window = windowLookupOf(map, bias);
         work.window = &window;
     }
-#if defined(SDAG_STREAM_X86)
-    if (isa_ == StreamIsa::kAvx512)
-        stream::lookUpAvx512(work);
-    else if (isa_ == StreamIsa::kAvx2)
-        stream::lookUpAvx2(work);
-    else
-#endif
-        stream::lookUpPortable(work);
+    kernel(work);
     work.window = nullptr;
-    if (work.count >= 8 && work.isAsked[7] && isMutant(Mutant::kLookupLaneLost))
-        work.seen[7] = 255;
 }
 
 } // namespace shadowdag

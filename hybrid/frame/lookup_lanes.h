@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups of a cluster's samples in one map, in lanes with the widest vector instructions of
-// the processor: the bits of lookupVisibility (shadowmap/shadow_map_lookup.h).
+// Lookups of a cluster's samples in one map, and the marking of their pages, in lanes with the
+// widest vector instructions of the processor: the bits of lookupVisibility
+// (shadowmap/shadow_map_lookup.h) and of markLookup (shadowmap/lookup_pages.h).
 #pragma once
 
 #include "hybrid/frame/lookup_lanes_work.h"
 #include "hybrid/frame/sample_lanes_work.h"
-#include "shadowmap/shadow_map_lookup.h"
+#include "shadowmap/lookup_pages.h"
 #include "voxel/dag_stream.h"
 
 #include <vector>
@@ -26,9 +27,17 @@ public:
                     const stream::SampleWork& samples, View<const uint8_t> isAsked,
                     View<uint8_t> seen);
 
+    /// Marks the pages that lookUp of the asked samples reads: markLookup of each.
+    /// @param map index into demand.maps; the rest as above
+    void markPages(const PageDemand& demand, uint32_t map, const stream::SampleWork& samples,
+                   View<const uint8_t> isAsked);
+
 private:
-    void lookUpInLanes(const ShadowMapView& maps, const ShadowMapInfo& map,
-                       const ShadowMapBias& bias, stream::LookupWork& work);
+    /// Returns the samples, and room for those that are left.
+    stream::LookupWork workOf(const stream::SampleWork& samples, View<const uint8_t> isAsked);
+    /// Sets what lanes read of a map, and runs a kernel; if lanes do not fit, all asked are left.
+    void run(void (*kernel)(stream::LookupWork&), const ShadowMapInfo& map, bool doLanesFit,
+             uint32_t pageTexelsLog2, const ShadowMapBias& bias, stream::LookupWork& work);
 
     StreamIsa isa_;
     std::vector<uint32_t> left_; ///< samples that are looked up one by one

@@ -233,6 +233,15 @@ template <class V, int side> struct WindowLanes {
     }
 };
 
+/// Returns the entries of page (x, y), from the map's first on; 0 for lanes that are off.
+template <class V, class Receivers>
+typename V::Ints entriesOf(const LookupWork& work, const Receivers& r, const typename V::Ints& x,
+                           const typename V::Ints& y) {
+    const auto pages = V::splatInt(int32_t(work.facePages));
+    const auto row = V::mulInts(V::addInts(V::mulInts(r.face, pages), y), pages);
+    return V::selectInts(r.on, V::addInts(row, x), V::splatInt(0));
+}
+
 /// The pages that the filters of one vector touch: at most two along each axis.
 template <class V, int side> struct PageLanes {
     using I = typename V::Ints;
@@ -273,10 +282,7 @@ template <class V, int side> struct PageLanes {
     template <class Receivers>
     static void find(const LookupWork& work, const Receivers& r, const I& x, const I& y, I& start,
                      M& isMissing) {
-        const I pages = V::splatInt(int32_t(work.facePages));
-        I entry = V::mulInts(V::addInts(V::mulInts(r.face, pages), y), pages);
-        entry = V::selectInts(r.on, V::addInts(entry, x), V::splatInt(0));
-        const I page = V::gatherInts(work.pageTable, entry);
+        const I page = V::gatherInts(work.pageTable, entriesOf<V>(work, r, x, y));
         isMissing = V::equalInts(page, V::splatInt(-1)); // kNoPage
         start = V::selectInts(r.on & ~isMissing, V::shiftLeft(page, 2 * int(work.pageTexelsLog2)),
                               V::splatInt(0));
@@ -391,6 +397,17 @@ private:
     }
 };
 
+/// Returns the asked samples of the vector that begins with sample `start`.
+template <class V> uint32_t askedOf(const LookupWork& work, uint32_t start) {
+    const uint32_t left = work.count - start;
+    if (left >= V::kWidth)
+        return V::nonZero(work.isAsked + start);
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < left; ++i)
+        asked |= uint32_t(work.isAsked[start + i] != 0) << i;
+    return asked;
+}
+
 /// Vectors whose texels are on their way from memory.
 constexpr uint32_t kAhead = 4;
 
@@ -400,13 +417,7 @@ template <class V, class Receivers, int side> void lookUpAll(LookupWork& work) {
     Filter* filters[kAhead];
     uint32_t begun = 0, compared = 0;
     for (uint32_t start = 0; start < work.count; start += V::kWidth) {
-        const uint32_t left = work.count - start;
-        uint32_t asked = 0;
-        if (left >= V::kWidth)
-            asked = V::nonZero(work.isAsked + start);
-        else
-            for (uint32_t i = 0; i < left; ++i)
-                asked |= uint32_t(work.isAsked[start + i] != 0) << i;
+        const uint32_t asked = askedOf<V>(work, start);
         if (asked == 0)
             continue;
         if (begun - compared == kAhead)
@@ -418,20 +429,24 @@ template <class V, class Receivers, int side> void lookUpAll(LookupWork& work) {
         filters[compared++ % kAhead]->compare(work);
 }
 
-template <class V, int side> void lookUpOfSide(LookupWork& work) {
-    if (work.window != nullptr)
-        lookUpAll<V, WindowLanes<V, side>, side>(work);
+/// Calls run.operator()<Receivers, side>() for the kind of the map and the filter.
+template <class V, class Run> void forFilter(const LookupWork& work, const Run& run) {
+    const auto ofSide = [&]<int side>() {
+        if (work.window != nullptr)
+            run.template operator()<WindowLanes<V, side>, side>();
+        else
+            run.template operator()<CubeLanes<V, side>, side>();
+    };
+    if (work.side == 1)
+        ofSide.template operator()<1>();
+    else if (work.side == 2)
+        ofSide.template operator()<2>();
     else
-        lookUpAll<V, CubeLanes<V, side>, side>(work);
+        ofSide.template operator()<3>();
 }
 
 template <class V> void lookUp(LookupWork& work) {
-    if (work.side == 1)
-        lookUpOfSide<V, 1>(work);
-    else if (work.side == 2)
-        lookUpOfSide<V, 2>(work);
-    else
-        lookUpOfSide<V, 3>(work);
+    forFilter<V>(work, [&]<class Receivers, int side>() { lookUpAll<V, Receivers, side>(work); });
 }
 
 } // namespace

@@ -27,11 +27,12 @@ struct LookupWork {
     const float *position[3], *normal[3]; ///< world, by sample, padded as SampleWork has them
     uint32_t count;                       ///< of samples
     const uint8_t* isAsked;               ///< by sample
-    uint8_t* seen;                        ///< receives the visibility of those that are answered
+    uint8_t* seen;                        ///< lookUp: receives what is seen of those answered
     uint32_t* left;                       ///< receives the samples that are asked and not answered
 
-    const uint32_t* pageTable; ///< from the map's first entry on
-    const uint32_t* depths;    ///< at least one page
+    const uint32_t* pageTable; ///< lookUp: from the map's first entry on
+    const uint32_t* depths;    ///< lookUp: at least one page
+    uint32_t* pages; ///< markPages: a bit an entry of the map's page table; other threads set bits
     uint32_t pageTexelsLog2;
     float light[3];
     uint32_t faceTexels, facePages;
@@ -44,6 +45,11 @@ struct LookupWork {
     uint32_t leftCount = 0, missingCount = 0; ///< samples left; taps without memory
     const WindowLookup* window;               ///< null: a cube map
 };
+
+/// Mark the pages that lookUp reads for the asked samples; set leftCount.
+void markPagesPortable(LookupWork& work);
+void markPagesAvx2(LookupWork& work);   ///< where hasStreamIsa(kAvx2)
+void markPagesAvx512(LookupWork& work); ///< where hasStreamIsa(kAvx512)
 
 /// Look up the asked samples; set leftCount and missingCount.
 void lookUpPortable(LookupWork& work);

@@ -5,6 +5,7 @@
 #include "cuda/parallel_for.h"
 #include "hybrid/clusters/pairs_pass.h"
 #include "hybrid/frame/directional_maps.h"
+#include "hybrid/frame/page_marker.h"
 #include "hybrid/rays/mover_rays.h"
 #include "hybrid/routing/resolution_steps.h"
 #include "shadowmap/cull.h"
@@ -49,10 +50,10 @@ void countMovers(const MoverView& movers, View<const Box> batchBoxes, const Shad
 
 } // namespace
 
-// Counts the pages that the clusters of every record touch at its allocated resolution, by the
+// Counts the pages that the lookups of every record would read at its allocated resolution, by the
 // marks of the shadow maps; a full pool is ignored.
-void MapRouting::countPages(const FrameClusters& clusters, const FrameOptions& options,
-                            std::vector<MapRecord>& records) {
+void MapRouting::countPages(const VisibleSurface& surface, const FrameClusters& clusters,
+                            const FrameOptions& options, std::vector<MapRecord>& records) {
     const std::vector<Light>& lights = context_.scene.world().lights();
     const uint32_t pageTexelsLog2 = uint32_t(std::countr_zero(options.maps.pageTexels));
     std::vector<MapRequest> requests;
@@ -61,20 +62,14 @@ void MapRouting::countPages(const FrameClusters& clusters, const FrameOptions& o
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
     listReceivers(context_.backend, clusters.lists(), {}, receivers_, clusters.isGuessing());
 
-    auto& [maps, counts, pages, projection, faces, depths, pairs] = counting_;
+    auto& [maps, counts, pages, pairs] = counting_;
     maps.upload(layout.maps);
     counts.resize(records.size());
     pages.resize(layout.maskWordCount);
-    projection.resize(records.size() * kProjectionWordsPerMap);
-    faces.resize(records.size());
-    depths.resize(records.size() * kFaceCount);
-    for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
-        words->fill(0);
-    runPass(context_.backend,
-            MarkReceiver{
-                maps.view(), clusters.clusters().boxesWorld.view(), receivers_.list.view(),
-                PageMaskView{pages.view(), projection.view(), faces.view(), depths.view(), {}, {}},
-                pageTexelsLog2, options.maps.taps});
+    pages.fill(0);
+    pageMarkerOf(context_, surface, clusters, receivers_.list.view(), options.pageMarks)
+        ->mark({maps.view(), uint32_t(records.size()), 1, pages.view(), pageTexelsLog2,
+                options.maps.taps});
     runPass(context_.backend, CountPagesOfMaps{maps.view(), pages.view(), counts.view()});
     const std::vector<uint32_t> found = counts.download();
     for (size_t m = 0; m < records.size(); ++m)
@@ -207,7 +202,7 @@ void MapRouting::count(const VisibleSurface& surface, const FrameClusters& clust
             },
             1);
     };
-    measure(kCountsPages, [&] { countPages(clusters, options, maps); });
+    measure(kCountsPages, [&] { countPages(surface, clusters, options, maps); });
     measure(kCountsPairs, [&] { estimatePairs(surface, clusters, maps); });
     measure(kCountsTriangles, [&] {
         const MoverView movers = context_.scene.hostMovers();

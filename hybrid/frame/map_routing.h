@@ -45,16 +45,14 @@ private:
     struct Counting {
         explicit Counting(Backend backend)
             : maps(backend, "routing maps"), pageCounts(backend, "routing page counts"),
-              pages(backend, "routing pages"), projection(backend, "routing projection"),
-              faces(backend, "routing faces"), depths(backend, "routing depths"),
-              pairs(backend, "routing pairs") {}
+              pages(backend, "routing pages"), pairs(backend, "routing pairs") {}
 
         Buffer<ShadowMapInfo> maps;
-        Buffer<uint32_t> pageCounts, pages, projection, faces, depths, pairs;
+        Buffer<uint32_t> pageCounts, pages, pairs;
     };
 
-    void countPages(const FrameClusters& clusters, const FrameOptions& options,
-                    std::vector<MapRecord>& records);
+    void countPages(const VisibleSurface& surface, const FrameClusters& clusters,
+                    const FrameOptions& options, std::vector<MapRecord>& records);
     void countStanding(const std::vector<MapRecord>& maps);
     void estimatePairs(const VisibleSurface& surface, const FrameClusters& clusters,
                        std::vector<MapRecord>& records);

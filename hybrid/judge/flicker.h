@@ -38,8 +38,8 @@ struct FlickerCounts {
     uint64_t pointCount = 0;         ///< points visible in both frames
     uint64_t truthChangeCount = 0;   ///< results that change in Embree as well: not judged
     uint64_t missingResultCount = 0; ///< no sample beside the point has the light
-    uint64_t missingTapCount = 0;    ///< results whose taps need pages that the frame lacks: a
-                                     ///< filter wider than the marks of the samples beside it
+    uint64_t missingTapCount = 0;    ///< results whose taps need pages that no sample beside the
+                                     ///< point reads (PageMarks): not judged
     std::array<Class, kFlickerChangeCount> byChange; ///< index: FlickerChange
 
     const Class& of(FlickerChange change) const { return byChange[size_t(change)]; }

@@ -40,7 +40,7 @@ struct MapQuantities {
                          ///< requests, lower ones with the lowest; 0 with one map per light
     float texels = 0;    ///< requested face resolution R, after undersampling, before any rounding
     uint32_t faceTexels = 0; ///< allocated face resolution
-    uint32_t pages = 0;      ///< pages its receivers touch at faceTexels
+    uint32_t pages = 0;      ///< pages that PageMarks asks for at faceTexels
     uint64_t samples = 0;    ///< samples of its clusters (an upper bound of its pairs)
     uint32_t clusters = 0;   ///< (cluster, light) pairs
     uint64_t triangles = 0;  ///< triangles of batches in the light's sphere

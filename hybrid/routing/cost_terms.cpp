@@ -34,7 +34,7 @@ constexpr CostTerm kTerms[] = {
     {"mover_crossings", "pairs x moving boxes that a line through the light's sphere crosses",
      [](const Map& m) { return double(m.pairs) * double(m.moverCrossings); },
      kCountsPairs | kCountsMovers, true, false},
-    {"pages", "pages that its receivers touch", [](const Map& m) { return double(m.pages); },
+    {"pages", "pages that its lookups read", [](const Map& m) { return double(m.pages); },
      kCountsPages, false, true},
     {"triangles", "triangles in the light's sphere",
      [](const Map& m) { return double(m.triangles); }, kCountsTriangles, false, true},

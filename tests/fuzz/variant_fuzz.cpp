@@ -30,15 +30,16 @@ std::vector<std::string> seeds() {
     return names;
 }
 
-[[maybe_unused]] const bool isAdded = addFuzzTarget(
-    {.name = "variant",
-     .maxBytes = 1024,
-     .fuzzOne = fuzzOne,
-     .seeds = seeds,
-     .words = {"-",     ",",    "Sphere", "CFM", "PMC",         "PMCD",     "PMCC",    "EB",
-               "TB",    "SO",   "SOR",    "Nk",  "PLOD",        "FP",       "LP",      "RP",
-               "RL",    "SM",   "u",      "T",   "RT",          "Hybrid",   "Hybrid:", "texels:",
-               "expr:", "cost", "oracle", "RH",  "Ray Tracing", "all-rays", "paper"}});
+[[maybe_unused]] const bool isAdded =
+    addFuzzTarget({.name = "variant",
+                   .maxBytes = 1024,
+                   .fuzzOne = fuzzOne,
+                   .seeds = seeds,
+                   .words = {"-",  ",",           "Sphere",   "CFM",     "PMC",   "PMCD", "PMCC",
+                             "EB", "TB",          "SO",       "SOR",     "Nk",    "PLOD", "FP",
+                             "LP", "SP",          "RP",       "RL",      "SM",    "u",    "T",
+                             "RT", "Hybrid",      "Hybrid:",  "texels:", "expr:", "cost", "oracle",
+                             "RH", "Ray Tracing", "all-rays", "paper"}});
 
 } // namespace
 

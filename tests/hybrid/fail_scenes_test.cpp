@@ -326,19 +326,21 @@ TEST(Remedy, NineTapsSmoothOutlinesAndLoseWires) {
               1.5 * wires.run("texels:0", one).falseLightPercent());
 }
 
-// The remedy: pages within the filter's reach are marked. (It is not a parameter: without it, that
-// is with filterMargin 0, this test fails.)
+// The remedy: pages within the filter's reach are marked, by every tap or by boxes with a margin.
 TEST(Remedy, NoTapMissesItsPageHoweverSmallThePages) {
     FrameOptions options = failFrame();
     options.maps.pageTexels = 16;
     for (const char* name : {"fail-missing-tap", "fail-cube-seam", "fail-border-light"}) {
         SCOPED_TRACE(name);
         FailStage stage(failSceneOf(name), 4);
-        for (const float undersample : {1.0f, 4.0f, 16.0f}) {
-            options.undersample = undersample;
-            const FailOutcome maps = stage.run("texels:0", options);
-            EXPECT_EQ(maps.frame.counts.missingTapCount, 0u) << "undersampled by " << undersample;
-        }
+        for (const PageMarks marks : {PageMarks::kBoxes, PageMarks::kLookups})
+            for (const float undersample : {1.0f, 4.0f, 16.0f}) {
+                options.pageMarks = marks;
+                options.undersample = undersample;
+                const FailOutcome maps = stage.run("texels:0", options);
+                EXPECT_EQ(maps.frame.counts.missingTapCount, 0u)
+                    << "undersampled by " << undersample << ", marks " << int(marks);
+            }
     }
 }
 

@@ -210,7 +210,7 @@ TEST(Frame, ShadesSampleBySampleAsClusterByCluster) {
     std::vector<MapRecord> maps = state.routing.describe(state.clusters, options);
     for (size_t m = 0; m < maps.size(); ++m)
         maps[m].route = m % 2 ? Route::kRays : Route::kMap;
-    state.maps.build(state.clusters, maps, options, stages);
+    state.maps.build(state.surface, state.clusters, maps, options, stages);
     ShadeSamples shading = state.prepareShading(options);
     shadeUnlit(Backend::kCpu, shading);
     shadeLights(Backend::kCpu, shading); // the CPU's order
@@ -264,6 +264,35 @@ TEST(Frame, AfterAResetEarlierFramesAreNotCounted) {
     EXPECT_EQ(again.mapBytes, first.mapBytes);
     EXPECT_EQ(again.pagesFreedCount, first.pagesFreedCount);
     EXPECT_EQ(again.pagesCommittedCount, first.pagesCommittedCount);
+}
+
+// Kept pages serve lookups from elsewhere, and by whatever they were marked.
+TEST(Frame, KeptPagesServeAMovingCameraWithAlternatingMarks) {
+    Stage drawn(blockerScene(kManyLights)), kept(blockerScene(kManyLights));
+    const auto maps = makeCostModel("texels:0");
+    FrameOptions fresh = smallFrame();
+    fresh.maps.useStaticOptimization = false;
+    for (const bool retains : {false, true}) {
+        drawn.renderer.reset();
+        kept.renderer.reset();
+        FrameOptions keeping = smallFrame();
+        keeping.maps.useStaticOptimization = true;
+        keeping.maps.retainsPages = retains;
+        uint64_t keptMaps = 0;
+        for (int frame = 0; frame < 6; ++frame) {
+            SCOPED_TRACE(frame);
+            Camera camera = roomCamera();
+            camera.positionWorld.x += 0.15f * float(frame);
+            keeping.pageMarks = frame % 3 == 1 ? PageMarks::kBoxes : PageMarks::kLookups;
+            const FrameResult expected = drawn.renderer.render(camera, *maps, fresh);
+            const FrameResult found = kept.renderer.render(camera, *maps, keeping);
+            EXPECT_EQ(found.visibility, expected.visibility);
+            EXPECT_EQ(found.counts.missingTapCount, 0u);
+            EXPECT_EQ(expected.counts.missingTapCount, 0u);
+            keptMaps += found.counts.maps.keptMapCount;
+        }
+        EXPECT_GT(keptMaps, 0u);
+    }
 }
 
 // Gives a node a linear path from its place at 0 s to another at 1 s.

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups in lanes: the bits and the missing taps of lookupVisibility by every instruction set.
+// Lookups in lanes: the bits and the missing taps of lookupVisibility, and the pages of markLookup,
+// by every instruction set.
 #include "hybrid/frame/lookup_lanes.h"
 
 #include "hybrid/frame/sample_lanes.h"
-#include "scenes/split_mix.h"
 #include "shadowmap/cell_depth.h"
+#include "tests/hybrid/random.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <tuple>
 
@@ -19,31 +21,17 @@ namespace {
 constexpr uint64_t kLookupSeed = 20261124;
 constexpr uint32_t kPageTexels = 16;
 
-/// Random numbers, and maps and receivers made of them.
-class Random {
-public:
-    /// Returns a number in [-1, 1).
-    float number() {
-        return float(double(splitMix64(state_ += kSplitMixGamma) >> 40) * 0x1p-23 - 1.0);
-    }
-    uint32_t below(uint32_t end) {
-        return uint32_t(splitMix64(state_ += kSplitMixGamma) >> 33) % end;
-    }
-    glm::vec3 point() {
-        const float x = number(), y = number(), z = number();
-        return {x, y, z};
-    }
-
-private:
-    uint64_t state_ = kLookupSeed;
-};
+/// Returns a number in [-1, 1).
+float signedNumber(Random& random) {
+    return float(2 * random() - 1);
+}
 
 /// A map with random depths, some of whose pages have no memory; of a cube, or the window of a
 /// directional light.
 struct RandomMap {
     RandomMap(Random& random, uint32_t faceTexels, float lodTexels, uint32_t missingInTen,
               bool isWindow) {
-        info.lightPositionWorld = random.point();
+        info.lightPositionWorld = random.inCube(1);
         if (isWindow)
             info.window = windowOf(random);
         info.rangeWorld = 4.0f;
@@ -56,19 +44,20 @@ struct RandomMap {
         for (uint32_t i = 0; i < kFaceCount * info.facePages * info.facePages; ++i)
             pageTable.push_back(random.below(10) < missingInTen ? kNoPage : pageCount++);
         for (uint32_t i = 0; i < pageCount * kPageTexels * kPageTexels; ++i)
-            depths.push_back(random.below(4) == 0 ? 0 : floatBits(1.0f + 0.9f * random.number()));
+            depths.push_back(random.below(4) == 0 ? 0
+                                                  : floatBits(1.0f + 0.9f * signedNumber(random)));
     }
     /// Returns a window around the origin, two wide and deep, in a random direction.
     static DirectionalWindow windowOf(Random& random) {
-        const glm::dvec3 toLight = glm::normalize(glm::dvec3(random.point()));
-        const glm::dvec3 right = glm::normalize(glm::cross(toLight, glm::dvec3(random.point())));
-        const double scale = 1.0 + 0.5 * double(random.number());
+        const glm::dvec3 toLight = glm::normalize(glm::dvec3(random.inCube(1)));
+        const glm::dvec3 right = glm::normalize(glm::cross(toLight, glm::dvec3(random.inCube(1))));
+        const double scale = 1.0 + 0.5 * double(signedNumber(random));
         DirectionalWindow window;
         window.u = scale * right;
         window.v = scale * glm::cross(toLight, right);
         window.w = 0.25 * toLight;
-        window.u0 = 0.2 * double(random.number());
-        window.v0 = 0.2 * double(random.number());
+        window.u0 = 0.2 * double(signedNumber(random));
+        window.v0 = 0.2 * double(signedNumber(random));
         window.w0 = -1.5;
         return window;
     }
@@ -79,6 +68,39 @@ struct RandomMap {
 
     ShadowMapInfo info{};
     std::vector<uint32_t> pageTable, depths;
+};
+
+/// Receivers around a map, some of them at edges of faces, grazing, at the light or not numbers.
+struct RandomReceivers {
+    /// @param lanes receives them
+    RandomReceivers(Random& random, const ShadowMapInfo& map, SampleLanes& lanes) {
+        const bool isWindow = map.window.isDirectional();
+        const uint32_t count = random.below(70);
+        lanes.reset(count);
+        for (uint32_t i = 0; i < count; ++i) {
+            glm::vec3 d = random.inCube(1);
+            if (random.below(4) == 0) // near an edge between faces
+                d[int(random.below(3))] = d[0] * (1.0f + 0.05f * signedNumber(random));
+            const glm::vec3 away = isWindow ? -glm::vec3(map.window.w) : d;
+            glm::vec3 position = isWindow ? d : map.lightPositionWorld + d;
+            glm::vec3 normal = glm::normalize(random.inCube(1));
+            if (random.below(3) != 0 && glm::dot(normal, away) > 0.0f)
+                normal = -normal;
+            if (random.below(8) == 0) // grazing
+                normal = glm::normalize(glm::cross(away, random.inCube(1)) - 0.01f * away);
+            if (random.below(40) == 0)
+                position = map.lightPositionWorld;
+            if (random.below(40) == 0)
+                position.y = std::nanf("");
+            positions.push_back(position);
+            normals.push_back(normal);
+            lanes.set(i, position, normal);
+            isAsked.push_back(random.below(5) != 0);
+        }
+    }
+
+    std::vector<glm::vec3> positions, normals;
+    std::vector<uint8_t> isAsked;
 };
 
 class LookupLanesOf : public testing::TestWithParam<std::tuple<StreamIsa, bool>> {
@@ -93,7 +115,7 @@ protected:
 };
 
 TEST_P(LookupLanesOf, EqualTheOneTextBitForBit) {
-    Random random;
+    Random random(kLookupSeed);
     LookupLanes lookups(isa());
     SampleLanes lanes(isa());
     uint32_t missingTotal = 0;
@@ -104,30 +126,10 @@ TEST_P(LookupLanesOf, EqualTheOneTextBitForBit) {
                             std::array{0u, 0u, 2u, 10u}[size_t(round) % 4], isWindow());
         const ShadowMapBias bias{std::array{0.0f, 0.5f, 3.0f}[size_t(round) % 3],
                                  std::array{1u, 4u, 9u}[size_t(round / 3) % 3]};
-        const uint32_t count = random.below(70);
-        lanes.reset(count);
-        std::vector<uint8_t> isAsked, seen(count, 7);
-        std::vector<glm::vec3> positions, normals;
-        for (uint32_t i = 0; i < count; ++i) {
-            glm::vec3 d = random.point();
-            if (random.below(4) == 0) // near an edge between faces
-                d[int(random.below(3))] = d[0] * (1.0f + 0.05f * random.number());
-            const glm::vec3 away = isWindow() ? -glm::vec3(map.info.window.w) : d;
-            glm::vec3 position = isWindow() ? d : map.info.lightPositionWorld + d;
-            glm::vec3 normal = glm::normalize(random.point());
-            if (random.below(3) != 0 && glm::dot(normal, away) > 0.0f)
-                normal = -normal;
-            if (random.below(8) == 0) // grazing
-                normal = glm::normalize(glm::cross(away, random.point()) - 0.01f * away);
-            if (random.below(40) == 0)
-                position = map.info.lightPositionWorld;
-            if (random.below(40) == 0)
-                position.y = std::nanf("");
-            positions.push_back(position);
-            normals.push_back(normal);
-            lanes.set(i, position, normal, {}, {});
-            isAsked.push_back(random.below(5) != 0);
-        }
+        const RandomReceivers receivers(random, map.info, lanes);
+        const auto& [positions, normals, isAsked] = receivers;
+        const auto count = uint32_t(positions.size());
+        std::vector<uint8_t> seen(count, 7);
         uint32_t missing = 0;
         std::vector<uint8_t> expected(count, 7);
         for (uint32_t i = 0; i < count; ++i)
@@ -151,6 +153,36 @@ TEST_P(LookupLanesOf, EqualTheOneTextBitForBit) {
     EXPECT_GT(histogram[255], 1000u);
     EXPECT_GT(std::count_if(histogram.begin(), histogram.end(), [](uint32_t n) { return n > 0; }),
               200);
+}
+
+TEST_P(LookupLanesOf, MarkThePagesOfTheOneText) {
+    Random random(kLookupSeed);
+    LookupLanes lookups(isa());
+    SampleLanes lanes(isa());
+    size_t markedTotal = 0;
+    for (int round = 0; round < 400; ++round) {
+        const uint32_t faceTexels = 1 + random.below(round % 2 == 0 ? 24 : 300);
+        const RandomMap map(random, faceTexels, 0.0f, 0, isWindow());
+        const RandomReceivers receivers(random, map.info, lanes);
+        const auto& [positions, normals, isAsked] = receivers;
+        std::vector<uint32_t> expected((map.pageTable.size() + 31) / 32), found = expected;
+        const auto demandOf = [&](std::vector<uint32_t>& pages) {
+            return PageDemand{{&map.info, 1},
+                              1,
+                              1,
+                              {pages.data(), pages.size()},
+                              4,
+                              std::array{1u, 4u, 9u}[size_t(round / 3) % 3]};
+        };
+        for (size_t i = 0; i < positions.size(); ++i)
+            if (isAsked[i])
+                markLookup(demandOf(expected), 0, positions[i], normals[i]);
+        lookups.markPages(demandOf(found), 0, lanes.arrays(), {isAsked.data(), isAsked.size()});
+        ASSERT_EQ(found, expected) << "round " << round << ", " << faceTexels << " texels";
+        for (const uint32_t word : found)
+            markedTotal += size_t(std::popcount(word));
+    }
+    EXPECT_GT(markedTotal, 1000u);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryIsa, LookupLanesOf,

@@ -4,6 +4,11 @@
 // code shared with CUDA on the CPU everywhere, and on a device if there is one.
 #include "tests/hybrid/parity_stage.h"
 
+#include "hybrid/frame/lookup_pages_pass.h"
+
+#include <algorithm>
+#include <bit>
+
 namespace shadowdag::test {
 namespace {
 
@@ -87,7 +92,7 @@ Snapshot passesOf(Backend backend, World& world, const Dag& dag, const Camera& c
         for (size_t r = 0; r < records.size(); ++r)
             records[r].route = r % 2 ? Route::kRays : Route::kMap;
         addRecords(snapshot, records);
-        state.maps.build(state.clusters, records, options, stages);
+        state.maps.build(state.surface, state.clusters, records, options, stages);
         addMaps(snapshot, state.maps.hostView());
         addCounts(snapshot, state.maps.maps().counts());
         snapshot.add("pages per map", state.maps.maps().pagesPerMap());
@@ -106,12 +111,62 @@ TEST_P(PassParity, OfEveryPassOverTwoFramesIsBitForBit) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, PassParity, testing::ValuesIn(parityCases()), caseName);
 
+// The CPU marks pages in lanes, by cluster; here is the pass of devices, item by item.
+TEST_P(PassParity, OfMarkingPagesIsThatOfEveryItem) {
+    FrameState state(Backend::kCpu, *world, dag);
+    const FrameOptions options = this->options(false);
+    StageTimes stages;
+    state.gather(makeViewRays(camera(), options.width, options.height), options, stages);
+    std::vector<MapRequest> requests;
+    for (const MapRecord& record : state.routing.describe(state.clusters, options))
+        requests.push_back(requestOf(world->lights(), record));
+    MapReceivers receivers(Backend::kCpu);
+    listReceivers(Backend::kCpu, state.clusters.lists(), {}, receivers, true);
+    // Three resolutions, one after the other.
+    std::vector<ShadowMapInfo> maps;
+    uint32_t words = 0;
+    for (const double divisor : {1.0, 2.0, 8.0}) {
+        const MapLayout layout = layOutMaps(requests, options.maps.pageTexels, divisor);
+        for (ShadowMapInfo map : layout.maps) {
+            map.pageTableStart += words * 32;
+            maps.push_back(map);
+        }
+        words += uint32_t(layout.maskWordCount);
+    }
+    std::vector<uint32_t> expected(words), found(words);
+    const auto workOf = [&](std::vector<uint32_t>& pages) {
+        return MarkLookupPages{state.surface.view(),
+                               state.clusters.view(),
+                               std::as_const(receivers.list).view(),
+                               state.context.scene.lights(),
+                               {viewOf(maps),
+                                uint32_t(requests.size()),
+                                3,
+                                {pages.data(), pages.size()},
+                                uint32_t(std::countr_zero(options.maps.pageTexels)),
+                                options.maps.taps}};
+    };
+    const MarkLookupPages byItem = workOf(expected);
+    for (size_t item = 0; item < byItem.itemCount(); ++item)
+        byItem(item);
+    runPass(Backend::kCpu, workOf(found));
+    EXPECT_EQ(found, expected);
+    for (size_t m = 0; m < maps.size(); m += requests.size()) { // something at every resolution
+        const auto first = found.begin() + maps[m].pageTableStart / 32;
+        const auto last = m + requests.size() < maps.size()
+                              ? found.begin() + maps[m + requests.size()].pageTableStart / 32
+                              : found.end();
+        EXPECT_TRUE(std::any_of(first, last, [](uint32_t word) { return word != 0; }));
+    }
+}
+
 class PassParityOfOptions : public ParityStage {
     uint32_t lightStride() const override { return 8; } // four maps each
 };
 
 // What the defaults leave out: clusters by normals and explicit bounds, several maps a light,
-// everything asked for by pixels on its plane, small pages that are kept, and a full pool.
+// everything asked for by pixels on its plane, small pages that are kept, pages of boxes, and a
+// full pool.
 TEST_P(PassParityOfOptions, ThatAreNotDefaultsIsBitForBit) {
     EXPECT_EQ(differenceOf([&](Backend backend, bool isOneText) {
                   FrameOptions o = options(isOneText);
@@ -123,6 +178,7 @@ TEST_P(PassParityOfOptions, ThatAreNotDefaultsIsBitForBit) {
                   o.maps.retainsPages = true;
                   o.maps.poolBytes = 1ull << 20;
                   o.maps.taps = o.bias.taps = 9;
+                  o.pageMarks = PageMarks::kBoxes;
                   return passesOf(backend, *world, dag, camera(), o, isOneText);
               }),
               "");

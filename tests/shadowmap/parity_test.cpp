@@ -61,10 +61,12 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
                      faces = zeros(backend, count), depths = zeros(backend, count * kFaceCount),
                      cells = zeros(backend, count * kCellsPerMap),
                      blocks = zeros(backend, count * kBlocksPerMap);
-    const PageMaskView masks{pages.view(),  projection.view(), faces.view(),
-                             depths.view(), cells.view(),      blocks.view()};
-    runPass(backend,
-            MarkReceiver{maps.view(), boxes.view(), receivers.view(), masks, kPageTexelsLog2, 4});
+    const CullMaskView masks{projection.view(), faces.view(), depths.view(), cells.view(),
+                             blocks.view()};
+    constexpr uint32_t kTaps = 4;
+    runPass(backend, MarkReceiver{{maps.view(), boxes.view(), receivers.view(), kTaps}, masks});
+    BoxPageMarker(backend, boxes.view(), receivers.view())
+        .mark({maps.view(), uint32_t(count), 1, pages.view(), kPageTexelsLog2, kTaps});
     snapshot.add("pages", pages);
     snapshot.add("projection", projection);
     snapshot.add("faces", faces);

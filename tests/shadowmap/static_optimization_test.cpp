@@ -22,17 +22,16 @@ using test::keeping;
 std::vector<uint32_t> neededDepths(const Animation& a, const ShadowMapView& view,
                                    const ShadowMapOptions& options) {
     const size_t maps = view.maps.count;
-    Buffer<uint32_t> pages(Backend::kCpu, "pages", (view.pageTable.count + 31) / 32),
-        projection(Backend::kCpu, "projection", maps * kProjectionWordsPerMap),
+    Buffer<uint32_t> projection(Backend::kCpu, "projection", maps * kProjectionWordsPerMap),
         faces(Backend::kCpu, "faces", maps), depths(Backend::kCpu, "depths", maps * kFaceCount),
         cells(Backend::kCpu, "cells", maps * kCellsPerMap),
         blocks(Backend::kCpu, "blocks", maps * kBlocksPerMap);
-    for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths, &cells, &blocks})
+    for (Buffer<uint32_t>* words : {&projection, &faces, &depths, &cells, &blocks})
         words->fill(0);
-    runPass(Backend::kCpu, MarkReceiver{view.maps, viewOf(a.boxes), viewOf(a.receivers),
-                                        PageMaskView{pages.view(), projection.view(), faces.view(),
-                                                     depths.view(), cells.view(), blocks.view()},
-                                        view.pageTexelsLog2, options.taps});
+    runPass(Backend::kCpu,
+            MarkReceiver{
+                {view.maps, viewOf(a.boxes), viewOf(a.receivers), options.taps},
+                {projection.view(), faces.view(), depths.view(), cells.view(), blocks.view()}});
     runPass(Backend::kCpu, GatherBlock{cells.view(), blocks.view()});
     return cells.download();
 }

@@ -215,6 +215,14 @@ TEST_F(VariantCounters, PairsThatDoNotFaceOrAreProvenLitNeedNoPage) {
     expectShare(lit.counts.maps.pageCount, plain.counts.maps.pageCount, 0.98);
 }
 
+TEST_F(VariantCounters, PagesOfLookupsAreFewerWithTheSameResults) {
+    const FrameResult boxes = render("PMCD-EB"), lookups = render("PMCD-EB-SP");
+    EXPECT_EQ(lookups.visibility, boxes.visibility);
+    EXPECT_EQ(lookups.counts.missingTapCount, 0u);
+    EXPECT_EQ(lookups.counts.maps.degradeDivisor, boxes.counts.maps.degradeDivisor);
+    expectShare(lookups.counts.maps.pageCount, boxes.counts.maps.pageCount, 0.9);
+}
+
 TEST_F(VariantCounters, OneTapIsLitOrDark) {
     const FrameResult nine = render("PMCD-EB-T9"), one = render("PMCD-EB-T1");
     for (const uint8_t visibility : one.visibility)

@@ -139,6 +139,7 @@ private:
         kNormals,
         kLod,
         kPruning,
+        kPages,
         kResolution,
         kOrder,
         kMaps,
@@ -199,6 +200,9 @@ private:
         } else if (text == "FP" || text == "LP") {
             claim(part, kPruning);
             variant_.pruning = text == "FP" ? PairPruning::kFacing : PairPruning::kLit;
+        } else if (text == "SP") {
+            claim(part, kPages);
+            variant_.pageMarks = PageMarks::kLookups;
         } else if (text == "RP") {
             claim(part, kResolution);
             variant_.resolutionRule = ResolutionRule::kPlane;
@@ -245,7 +249,7 @@ private:
                              (text == "SM" ? "4" + text : text + (text == "Nk" ? "3" : "1")));
         } else {
             refuse(part, "is unknown; the parts are Sphere, CFM, PMC, PMCD, PMCC, EB, TB, SO, SOR, "
-                         "Nk<k>, PLOD<texels>, FP, LP, RP, RL, <n>SM, u<d>, T<taps>, RT, "
+                         "Nk<k>, PLOD<texels>, FP, LP, SP, RP, RL, <n>SM, u<d>, T<taps>, RT, "
                          "Hybrid[:MODEL], RH[<margin>]" +
                              dashHint());
         }
@@ -261,7 +265,7 @@ private:
             refuse(*claimed_[kRoutes], "is for Hybrid, which has routes: add that or drop it");
         if (variant_.method == Variant::Method::kRays)
             for (const Kind kind :
-                 {kCulling, kStatic, kLod, kResolution, kMaps, kUndersample, kTaps})
+                 {kCulling, kStatic, kLod, kPages, kResolution, kMaps, kUndersample, kTaps})
                 if (claimed_[kind])
                     refuse(*claimed_[kind], "contradicts '" + claimed_[kMethod]->text +
                                                 "', which draws no maps: drop one of them");
@@ -297,7 +301,8 @@ std::string variantsHelp() {
     return "Instead: variants by name, as in PMCD-EB-SO-4SM-u2, or paper for all that the paper "
            "measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC (culling); EB, TB (cluster "
            "bounds); SO, SOR (static optimization); Nk<k>; PLOD<texels>; FP, LP (pages only for "
-           "pairs that face, that are not proven lit); RP (resolution rule); RL (light order); "
+           "pairs that face, that are not proven lit), SP (for what samples look up); RP "
+           "(resolution rule); RL (light order); "
            "<n>SM [4SM]; u<d> [u1]; T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes "
            "held)";
 }
@@ -331,6 +336,8 @@ std::string variantName(const Variant& v) {
         add("PLOD" + numberText(v.lodTexels));
     if (v.pruning != PairPruning::kNone)
         add(v.pruning == PairPruning::kFacing ? "FP" : "LP");
+    if (v.pageMarks == PageMarks::kLookups)
+        add("SP");
     if (v.resolutionRule == ResolutionRule::kPlane)
         add("RP");
     if (v.reorderLights)
@@ -420,6 +427,7 @@ RunParameters variantRun(const Variant& v, const FrameOptions& base) {
     run.frame.reorderLights = v.reorderLights;
     run.frame.routeMargin = v.routeMargin.value_or(base.routeMargin);
     run.frame.pruning = v.pruning;
+    run.frame.pageMarks = v.pageMarks;
     if (v.method != Variant::Method::kMaps && v.pruning == PairPruning::kLit &&
         !run.frame.rays.believesAll())
         throw Error(
@@ -454,6 +462,7 @@ Variant variantOf(const RunParameters& run) {
         if (frame.routeMargin > 0)
             v.routeMargin = frame.routeMargin;
     }
+    v.pageMarks = frame.pageMarks;
     v.resolutionRule = frame.resolutionRule;
     v.lodTexels = frame.maps.lodTexels;
     v.culling = frame.maps.culling;

@@ -15,6 +15,8 @@
 //   PLOD<t>  polygon level of detail, t texels a triangle may deviate by
 //   FP | LP  no page for (cluster, light) pairs without an exact pair; or for these and those that
 //            the voxels prove lit (PairPruning; ours)
+//   SP       pages only for what the samples' lookups read, not for all that their clusters' boxes
+//            cover (PageMarks; ours)
 //   RP       the required resolution by the receiver's plane (ResolutionRule; ours; none: the
 //            paper's equation 1)
 //   RL       light lists reordered for coherent shading
@@ -65,6 +67,7 @@ struct Variant {
     uint32_t normalClusters = 0; ///< k of Nk; 0: by position alone
     float lodTexels = 0;         ///< 0: full detail
     PairPruning pruning = PairPruning::kNone;
+    PageMarks pageMarks = PageMarks::kBoxes;
     ResolutionRule resolutionRule = ResolutionRule::kSphere;
     bool reorderLights = false;
     uint32_t mapsPerLight = 4;

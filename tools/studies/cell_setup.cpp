@@ -108,6 +108,10 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.pruning = PairPruning(oneOf(k, v, {"none", "facing", "lit"}));
          }},
+        {{"page_marks", "part SP of --variants: what pages are marked by", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.pageMarks = PageMarks(oneOf(k, v, {"boxes", "lookups"}));
+         }},
         {{"culling",
           "part CFM, PMC, PMCD of --variants: the batches drawn into each face",
           {kMaps, kHybrid}},

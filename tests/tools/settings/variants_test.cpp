@@ -55,6 +55,7 @@ Variant randomVariant(std::mt19937_64& random) {
     v.useStaticOptimization = pick(2);
     v.retainsPages = v.useStaticOptimization && pick(2);
     v.lodTexels = std::array{0.0f, 1.0f, 0.5f, 2.25f}[pick(4)];
+    v.pageMarks = PageMarks(pick(2));
     v.resolutionRule = pick(2) ? ResolutionRule::kPlane : ResolutionRule::kSphere;
     v.mapsPerLight = 1 + pick(16);
     v.undersample = std::array{1.0f, 2.0f, 4.0f, 1.5f}[pick(4)];
@@ -247,6 +248,8 @@ TEST(Variants, SwitchesReachTheFrame) {
     EXPECT_EQ(run("PMCD-T1").frame.bias.taps, 1u);
     EXPECT_EQ(run("PMCD-LP").frame.pruning, PairPruning::kLit);
     EXPECT_TRUE(run("PMCD-LP").usesVoxels());
+    EXPECT_EQ(run("PMCD").frame.pageMarks, PageMarks::kBoxes);
+    EXPECT_EQ(run("PMCD-SP").frame.pageMarks, PageMarks::kLookups);
     EXPECT_EQ(run("PMCD-RP").frame.resolutionRule, ResolutionRule::kPlane);
     EXPECT_EQ(run("PMCD-Nk3").frame.normalClusters, 3u);
     EXPECT_EQ(run("RT-Nk3").frame.normalClusters, 3u);
