@@ -444,7 +444,9 @@ def of_mechanisms(results):
         f"{of_scenes('hybrid-over-rays', 'time_ratio')} times the time of rays alone",
         f"takes {time('static-optimization'):.2f} of the time. Keeping resolutions takes another {time('held-resolutions'):.2f}",
         f"Pages of 64, 32 and 16 texels take {own('small-pages'):.2f}, {own('smaller-pages'):.2f} and {own('smallest-pages'):.2f} of the memory",
-        f"the last step costs {100 * (time('smallest-pages') - 1):.0f} % of the time",
+        f"the last step takes {time('smallest-pages'):.2f} of the time",
+        f"Pages for what samples look up take {own('lookup-pages'):.2f} of the texels of pages for all that boxes of clusters cover, and "
+        f"{time('lookup-pages'):.2f} of the time",
         f"saves {drop('facing-pruning')} of texels and memory for {100 * (error('facing-pruning') - 1):.0f} % more error",
         f"take {own('four-maps'):.2f} of the memory for {error('four-maps'):.1f} times the error",
         f"undersampling by two takes {own('half-resolution'):.2f} of it for {error('half-resolution'):.2f} times the error",
