@@ -189,7 +189,7 @@ struct MarkBoxPages {
     }
 };
 
-/// The pages that boxes cover, and so those of lookups from anywhere within them.
+/// Marks the pages that boxes cover, and so those of lookups from anywhere within them.
 class BoxPageMarker final : public PageMarker {
 public:
     /// @param boxesWorld,receivers on the backend, as long as this lives

@@ -8,7 +8,7 @@
 namespace shadowdag::stream {
 namespace {
 
-/// Marks the pages of lanes. @param entry of the page table, in order to `lanes`
+/// Marks the pages of `lanes`. @param entry of each lane's page, from the map's first on
 template <class V>
 void markEntries(const LookupWork& work, uint32_t lanes, const typename V::Ints& entry) {
     if (lanes == 0)

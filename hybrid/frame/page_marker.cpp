@@ -7,7 +7,7 @@ namespace shadowdag {
 
 namespace {
 
-/// The lookups of samples themselves.
+/// Marks the pages that the lookups of samples read.
 class SamplePageMarker final : public PageMarker {
 public:
     SamplePageMarker(Backend backend, const GBufferView& gbuffer, const ClusterView& clusters,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lookups of a frame in its shadow maps, as what marks their pages.
+// Marks the pages of a frame's shadow maps, by its samples or by the boxes of its clusters.
 #pragma once
 
 #include "hybrid/frame/frame_clusters.h"
