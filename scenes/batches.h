@@ -43,8 +43,8 @@ static_assert(3 * kMaxBatchTriangleCount <= 0x10000);
 /// from front to back, where following the indices of its triangles waits for memory scattered over
 /// the whole world. On the host alone.
 struct BatchVerticesView {
-    /// So many more positions follow the last: lanes read up to the next multiple of four.
-    static constexpr uint32_t kPadding = 3;
+    /// So many more positions follow the last: lanes read up to the next multiple of eight.
+    static constexpr uint32_t kPadding = 7;
 
     View<const uint32_t> first;       ///< batchCount + 1, into `positions`
     View<const glm::vec3> positions;  ///< world space, of the last update, and kPadding more

@@ -75,50 +75,25 @@ inline Lanes3 vertices(const TriangleView& geometry, const uint32_t* triangles, 
     return {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])};
 }
 
-/// Triangles of a batch, four after the other, of which vertices() reads. A batch's triangles are
-/// near in space, not in memory, so drawing otherwise waits for each: the indices of their corners
-/// are requested while the batch before is drawn, and the positions when the indices have arrived.
-class RequestedFours {
-public:
-    /// Requests the first positions.
-    /// @param triangles,count of the batch @param next,nextCount of the batch after it, or the same
-    RequestedFours(const TriangleView& geometry, const uint32_t* triangles, uint32_t count,
-                   const uint32_t* next, uint32_t nextCount)
-        : geometry_(geometry), triangles_(triangles), next_(next), count_(count),
-          nextCount_(nextCount) {
-        for (uint32_t first = 0; first < kAhead; first += 4)
-            requestVertices(first);
-    }
+/// Four vectors of three floats, one after the other.
+inline Lanes3 fourVectors(const float* first) {
+    const __m128 a = _mm_loadu_ps(first), b = _mm_loadu_ps(first + 4), c = _mm_loadu_ps(first + 8);
+    const __m128 xy = _mm_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2)),
+                 yz = _mm_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
+    return {_mm256_cvtps_pd(_mm_shuffle_ps(a, xy, _MM_SHUFFLE(2, 0, 3, 0))),
+            _mm256_cvtps_pd(_mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0))),
+            _mm256_cvtps_pd(_mm_shuffle_ps(yz, c, _MM_SHUFFLE(3, 0, 3, 1)))};
+}
 
-    /// Requests what comes kAhead later, and returns how many triangles there are from `first` on,
-    /// at most four.
-    uint32_t take(uint32_t first) const {
-        for (uint32_t i = 0; i < fourOf(nextCount_, first); ++i)
-            request(geometry_.triangles.data + next_[first + i]);
-        requestVertices(first + kAhead);
-        return fourOf(count_, first);
-    }
-
-private:
-    static constexpr uint32_t kAhead = 8;
-
-    static uint32_t fourOf(uint32_t count, uint32_t first) {
-        return count <= first ? 0u : count - first < 4u ? count - first : 4u;
-    }
-    static void request(const void* address) {
-        _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
-    }
-    void requestVertices(uint32_t first) const {
-        for (uint32_t i = 0; i < fourOf(count_, first); ++i)
-            for (int corner = 0; corner < 3; ++corner)
-                request(geometry_.positions.data +
-                        geometry_.triangles[triangles_[first + i]][corner]);
-    }
-
-    const TriangleView& geometry_;
-    const uint32_t *triangles_, *next_;
-    uint32_t count_, nextCount_;
-};
+/// Exchanges rows and columns.
+inline void transpose(Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
+    const Lanes ab = _mm256_unpacklo_pd(a, b), ba = _mm256_unpackhi_pd(a, b),
+                cd = _mm256_unpacklo_pd(c, d), dc = _mm256_unpackhi_pd(c, d);
+    a = _mm256_permute2f128_pd(ab, cd, 0x20);
+    b = _mm256_permute2f128_pd(ba, dc, 0x20);
+    c = _mm256_permute2f128_pd(ab, cd, 0x31);
+    d = _mm256_permute2f128_pd(ba, dc, 0x31);
+}
 
 } // namespace shadowdag::avx2
 

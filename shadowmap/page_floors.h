@@ -4,6 +4,7 @@
 
 #include "cuda/macros.h"
 #include "cuda/view.h"
+#include "scenes/double_lanes.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -44,6 +45,9 @@ public:
         return bits <= floor.least;
     }
 
+    /// Returns what is known of all pages of the pool.
+    const PageFloor* data() const { return floors_.data; }
+
     /// All texels are at least `bits` from now on.
     void raise(uint32_t page, uint32_t bits) {
         floors_[page].least = std::max(floors_[page].least, bits);
@@ -57,18 +61,29 @@ public:
 
 private:
     static uint32_t leastOf(const uint32_t* texels, int32_t side, int32_t columns, int32_t rows) {
-        constexpr int32_t kLanes = 16; // no page has fewer
-        uint32_t least[kLanes];
-        std::fill(least, least + kLanes, 0xffffffffu);
+        uint32_t least = 0xffffffffu;
+#if defined(SDAG_DOUBLE_LANES) // compilers do not find these
+        constexpr int32_t kEight = 8;
+        __m256i lanes[2] = {_mm256_set1_epi32(-1), _mm256_set1_epi32(-1)};
+#endif
         for (int32_t y = 0; y < rows; ++y, texels += side) {
             int32_t x = 0;
-            for (; x + kLanes <= columns; x += kLanes)
-                for (int32_t lane = 0; lane < kLanes; ++lane)
-                    least[lane] = std::min(least[lane], texels[x + lane]);
+#if defined(SDAG_DOUBLE_LANES)
+            for (; x + 2 * kEight <= columns; x += 2 * kEight)
+                for (int32_t i = 0; i < 2; ++i)
+                    lanes[i] = _mm256_min_epu32(
+                        lanes[i], _mm256_loadu_si256(
+                                      reinterpret_cast<const __m256i*>(texels + x + i * kEight)));
+#endif
             for (; x < columns; ++x)
-                least[0] = std::min(least[0], texels[x]);
+                least = std::min(least, texels[x]);
         }
-        return *std::min_element(least, least + kLanes);
+#if defined(SDAG_DOUBLE_LANES)
+        alignas(32) uint32_t of[kEight];
+        _mm256_store_si256(reinterpret_cast<__m256i*>(of), _mm256_min_epu32(lanes[0], lanes[1]));
+        least = std::min(least, *std::min_element(of, of + kEight));
+#endif
+        return least;
     }
 
     View<PageFloor> floors_;

@@ -36,12 +36,17 @@ struct RasterView {
 /// A triangle set up for one face: functions of the texel coordinates X = 2 x + 1 - N, Y = 2 y + 1
 /// - N.
 struct FaceTriangle {
-    double ex[3], ey[3], e0[3]; ///< edge k is inside where ex X + ey Y + e0 >= -tolerance[k]
+    /// Edge k < 3 is inside where ex[k] X + ey[k] Y + e0[k] >= -tolerance[k]; 1/z = ex[3] X + ey[3]
+    /// Y + e0[3].
+    double ex[4], ey[4], e0[4];
     double tolerance[3];
-    double wx, wy, w0;      ///< 1/z = wx X + wy Y + w0
     float wMin, wMax;       ///< the range of 1/z over the part of the triangle in front
     float wNear;            ///< greater 1/z are nearer than the near plane
     int32_t x0, x1, y0, y1; ///< texels whose centres can lie inside, clipped to the face
+
+    SDAG_HD double wx() const { return ex[3]; }
+    SDAG_HD double wy() const { return ey[3]; }
+    SDAG_HD double w0() const { return e0[3]; }
 };
 static_assert(sizeof(FaceTriangle) ==
               152); // half a million wait for memory in a list of large ones
@@ -174,9 +179,9 @@ SDAG_HD inline bool setUpEdges(const glm::dvec3& a, const glm::dvec3& b, const g
     edge(0, a, b, sizeA * sizeB);
     edge(1, b, c, sizeB * sizeC);
     edge(2, c, a, sizeC * sizeA);
-    t.wx = w.x;
-    t.wy = w.y;
-    t.w0 = w.z;
+    t.ex[3] = w.x;
+    t.ey[3] = w.y;
+    t.e0[3] = w.z;
     return true;
 }
 
@@ -257,7 +262,7 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
     const bool isClearOfNear = t.wMax <= t.wNear;
     const double rEx[3] = {isNarrow ? 0.0 : 1.0 / t.ex[0], isNarrow ? 0.0 : 1.0 / t.ex[1],
                            isNarrow ? 0.0 : 1.0 / t.ex[2]};
-    const double wx = t.wx;
+    const double wx = t.wx();
     const float wMin = t.wMin, wMax = t.wMax, wNear = t.wNear;
     for (int32_t py = row0 >> log2; py <= row1 >> log2; ++py) {
         for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
@@ -272,7 +277,7 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
             for (int32_t y = yFirst; y <= yLast; ++y) {
                 const double Y = double(2 * y + 1 - n);
                 const double r0 = t.ey[0] * Y + t.e0[0], r1 = t.ey[1] * Y + t.e0[1],
-                             r2 = t.ey[2] * Y + t.e0[2], rw = t.wy * Y + t.w0;
+                             r2 = t.ey[2] * Y + t.e0[2], rw = t.wy() * Y + t.w0();
                 const size_t row = (size_t(page) << (2 * log2)) + (size_t(y - py * side) << log2) -
                                    size_t(px * side);
                 const auto depth = [=](int32_t x) {
@@ -435,9 +440,9 @@ SDAG_HD inline TileCoverage coverTile(const FaceTriangle& t, const TexelRect& re
 /// Returns the greatest 1/z that drawing a triangle stores in a rectangle, or more: bounded by the
 /// corners as coverTile is.
 SDAG_HD inline float nearestIn(const FaceTriangle& t, const TexelRect& rect, int32_t n) {
-    const double X = double(2 * (t.wx > 0.0 ? rect.x1 : rect.x0) + 1 - n),
-                 Y = double(2 * (t.wy > 0.0 ? rect.y1 : rect.y0) + 1 - n);
-    return glm::min(glm::max(float(t.wx * X + (t.wy * Y + t.w0)), t.wMin), t.wMax);
+    const double X = double(2 * (t.wx() > 0.0 ? rect.x1 : rect.x0) + 1 - n),
+                 Y = double(2 * (t.wy() > 0.0 ? rect.y1 : rect.y0) + 1 - n);
+    return glm::min(glm::max(float(t.wx() * X + (t.wy() * Y + t.w0())), t.wMin), t.wMax);
 }
 
 /// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: of every
@@ -511,13 +516,13 @@ private:
             return !(partial >> k & 1u) || t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k];
         };
         for (int32_t y = yFirst; y <= rect.y1; y += rows) {
-            const double Y = double(2 * y + 1 - n), rw = t.wy * Y + t.w0;
+            const double Y = double(2 * y + 1 - n), rw = t.wy() * Y + t.w0();
             const size_t row = startOf(y);
             for (int32_t x = xFirst; x <= rect.x1; x += columns) {
                 const double X = double(2 * x + 1 - n);
                 if (!(isIn(0, X, Y) && isIn(1, X, Y) && isIn(2, X, Y)))
                     continue;
-                const float w = glm::min(glm::max(float(t.wx * X + rw), t.wMin), t.wMax);
+                const float w = glm::min(glm::max(float(t.wx() * X + rw), t.wMin), t.wMax);
                 if (w <= t.wNear && surface.isOpaque(X, Y))
                     atomicMaxRelaxed(&view.depths[row + size_t(x & inPage)], floatBits(w));
             }

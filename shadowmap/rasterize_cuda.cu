@@ -57,7 +57,7 @@ __device__ void coverTexel(const RasterView& view, const ShadowMapInfo& map, uin
     for (int k = 0; k < 3; ++k)
         if (!(t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k]))
             return;
-    const float w = glm::min(glm::max(float(t.wx * X + (t.wy * Y + t.w0)), t.wMin), t.wMax);
+    const float w = glm::min(glm::max(float(t.wx() * X + (t.wy() * Y + t.w0())), t.wMin), t.wMax);
     if (!(w <= t.wNear))
         return;
     const uint32_t log2 = view.pageTexelsLog2;

@@ -12,8 +12,7 @@
 #pragma once
 
 #include "scenes/double_lanes.h"
-#include "shadowmap/page_floors.h"
-#include "shadowmap/rasterize.h"
+#include "shadowmap/face_pages.h"
 
 namespace shadowdag {
 
@@ -37,10 +36,8 @@ inline Lanes sizeOf(const Lanes3& p) {
     return most(magnitude(p.x), most(magnitude(p.y), magnitude(p.z)));
 }
 
-/// Returns corner `corner` of four triangles relative to the light, in the frame of a face.
-inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* triangles, int corner,
-                               const ShadowMapInfo& map, uint32_t face) {
-    const Lanes3 vertex = vertices(geometry, triangles, corner);
+/// Returns four points of the world relative to the light, in the frame of a face.
+inline Lanes3 faceFromWorld(const Lanes3& vertex, const ShadowMapInfo& map, uint32_t face) {
     if (map.window.isDirectional()) { // as DirectionalWindow::lightFromWorld; face kDirectionalFace
         const auto& [x, y, z] = vertex;
         const auto row = [&](const glm::dvec3& r, double offset) {
@@ -61,35 +58,6 @@ inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* tri
             (face & 1u) ? negative(z) : z};
 }
 
-/// FaceTriangle, four of them.
-struct alignas(32) FaceTriangles {
-    double ex[3][4], ey[3][4], e0[3][4], tolerance[3][4];
-    double wx[4], wy[4], w0[4];
-    float wMin[4], wMax[4];
-    int32_t x0[4], x1[4], y0[4], y1[4];
-
-    FaceTriangle at(int lane) const {
-        FaceTriangle t;
-        for (int k = 0; k < 3; ++k) {
-            t.ex[k] = ex[k][lane];
-            t.ey[k] = ey[k][lane];
-            t.e0[k] = e0[k][lane];
-            t.tolerance[k] = tolerance[k][lane];
-        }
-        t.wx = wx[lane];
-        t.wy = wy[lane];
-        t.w0 = w0[lane];
-        t.wMin = wMin[lane];
-        t.wMax = wMax[lane];
-        t.wNear = t.wMax; // all of it is behind the near plane
-        t.x0 = x0[lane];
-        t.x1 = x1[lane];
-        t.y0 = y0[lane];
-        t.y1 = y1[lane];
-        return t;
-    }
-};
-
 /// texelSpan in lanes; returns the lanes that are not empty.
 inline Lanes texelSpans(Lanes lo, Lanes hi, Lanes half, Lanes end, int32_t* first, int32_t* last) {
     const Lanes a = (lo + all(1.0)) * half - all(0.5) - all(1e-6);
@@ -98,11 +66,12 @@ inline Lanes texelSpans(Lanes lo, Lanes hi, Lanes half, Lanes end, int32_t* firs
 }
 
 /// setUpTriangle in lanes. Returns the lanes (bit i = lane i) that can cover texels and are set up
-/// in `t`; those in `crossing` reach the near plane or behind the light and are left to
+/// in `of`; those in `crossing` reach the near plane or behind the light and are left to
 /// setUpTriangle. @param wanted lanes that hold a triangle; the others may hold any finite numbers
+/// @param of four
 inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c,
                                const ShadowMapInfo& map, uint32_t wanted, uint32_t& crossing,
-                               FaceTriangles& t) {
+                               FaceTriangle* of) {
     const auto allOutside = [](Lanes p, Lanes pz, Lanes q, Lanes qz, Lanes r, Lanes rz) {
         return _mm256_and_pd(_mm256_and_pd(above(p, pz), above(q, qz)), above(r, rz));
     };
@@ -123,17 +92,12 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     const Lanes half = all(0.5 * n), end = all(n - 1.0), one = all(1.0);
     const Lanes ra = one / a.z, rb = one / b.z, rc = one / c.z;
     const Lanes ua = a.x * ra, ub = b.x * rb, uc = c.x * rc;
-    kept &=
-        bitsOf(texelSpans(least(ua, least(ub, uc)), most(ua, most(ub, uc)), half, end, t.x0, t.x1));
+    alignas(16) int32_t x0[4], x1[4], y0[4], y1[4];
+    kept &= bitsOf(texelSpans(least(ua, least(ub, uc)), most(ua, most(ub, uc)), half, end, x0, x1));
     const Lanes va = a.y * ra, vb = b.y * rb, vc = c.y * rc;
-    kept &=
-        bitsOf(texelSpans(least(va, least(vb, vc)), most(va, most(vb, vc)), half, end, t.y0, t.y1));
+    kept &= bitsOf(texelSpans(least(va, least(vb, vc)), most(va, most(vb, vc)), half, end, y0, y1));
     if (!kept)
         return 0;
-    // Division is monotone: the greatest of the reciprocals is that of the least depth.
-    _mm_store_ps(t.wMin, _mm256_cvtpd_ps(least(ra, least(rb, rc))));
-    _mm_store_ps(t.wMax, _mm256_cvtpd_ps(most(ra, most(rb, rc))));
-
     const Lanes3 ab = difference(b, a), ac = difference(c, a);
     const Lanes3 normal = cross(ab, ac);
     const Lanes k = normal.x * a.x + normal.y * a.y + normal.z * a.z;
@@ -145,51 +109,119 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     // sign * x is x with its sign turned where k is negative.
     const Lanes turn = _mm256_andnot_pd(above(k, _mm256_setzero_pd()), all(-0.0));
     const Lanes count = all(n);
+    Lanes x[4], y[4], o[4], tolerance[4];
     const auto edge = [&](int i, const Lanes3& p, const Lanes3& q, Lanes sizes) {
         const Lanes3 e = cross(p, q);
-        _mm256_store_pd(t.ex[i], _mm256_xor_pd(turn, e.x));
-        _mm256_store_pd(t.ey[i], _mm256_xor_pd(turn, e.y));
-        _mm256_store_pd(t.e0[i], _mm256_xor_pd(turn, e.z * count));
-        _mm256_store_pd(t.tolerance[i], all(kDeterminantRounding) * sizes * count);
+        x[i] = _mm256_xor_pd(turn, e.x);
+        y[i] = _mm256_xor_pd(turn, e.y);
+        o[i] = _mm256_xor_pd(turn, e.z * count);
+        tolerance[i] = all(kDeterminantRounding) * sizes * count;
     };
     edge(0, a, b, sizeA * sizeB);
     edge(1, b, c, sizeB * sizeC);
     edge(2, c, a, sizeC * sizeA);
     const Lanes scale = one / (k * count);
-    _mm256_store_pd(t.wx, normal.x * scale);
-    _mm256_store_pd(t.wy, normal.y * scale);
-    _mm256_store_pd(t.w0, normal.z / k);
+    x[3] = normal.x * scale;
+    y[3] = normal.y * scale;
+    o[3] = normal.z / k;
+    tolerance[3] = o[3]; // anything
+    transpose(x[0], x[1], x[2], x[3]);
+    transpose(y[0], y[1], y[2], y[3]);
+    transpose(o[0], o[1], o[2], o[3]);
+    transpose(tolerance[0], tolerance[1], tolerance[2], tolerance[3]);
+    // Division is monotone: the greatest of the reciprocals is that of the least depth.
+    alignas(16) float wMin[4], wMax[4];
+    _mm_store_ps(wMin, _mm256_cvtpd_ps(least(ra, least(rb, rc))));
+    _mm_store_ps(wMax, _mm256_cvtpd_ps(most(ra, most(rb, rc))));
+    for (int lane = 0; lane < 4; ++lane) {
+        FaceTriangle& t = of[lane];
+        _mm256_storeu_pd(t.ex, x[lane]);
+        _mm256_storeu_pd(t.ey, y[lane]);
+        _mm256_storeu_pd(t.e0, o[lane]);
+        _mm256_maskstore_pd(t.tolerance, _mm256_setr_epi64x(-1, -1, -1, 0), tolerance[lane]);
+        t.wMin = wMin[lane];
+        t.wMax = t.wNear = wMax[lane]; // all of it is behind the near plane
+        t.x0 = x0[lane];
+        t.x1 = x1[lane];
+        t.y0 = y0[lane];
+        t.y1 = y1[lane];
+    }
     return kept;
 }
 
-/// Stored depths of columns [first, last] of one row of a page become the greater ones.
-/// @param row the row's texels in its page, a multiple of 16 of them
-/// @param firstColumn of the face, of the page; @param first,last columns of the face, in the page
-inline void fillRow(uint32_t* row, int32_t firstColumn, int32_t first, int32_t last, int32_t n,
-                    double wx, double rw, const FaceTriangle& t) {
-    const __m256 wMin = _mm256_set1_ps(t.wMin), wMax = _mm256_set1_ps(t.wMax);
-    const Lanes slope = all(wx), offset = all(rw), step = all(16.0);
-    // Eights that start at a multiple of eight of the page never leave it.
-    int32_t column = (first - firstColumn) & ~7;
-    const int32_t end = last - firstColumn;
-    const Lanes start = all(double(2 * (firstColumn + column) + 1 - n));
-    Lanes lo = start + _mm256_setr_pd(0, 2, 4, 6), hi = start + _mm256_setr_pd(8, 10, 12, 14);
-    const __m256i inEight = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256i before = _mm256_set1_epi32(first - firstColumn - 1),
-                  after = _mm256_set1_epi32(end + 1);
-    for (; column <= end; column += 8, lo += step, hi += step) {
-        const __m256 w = _mm256_set_m128(_mm256_cvtpd_ps(slope * hi + offset),
-                                         _mm256_cvtpd_ps(slope * lo + offset));
-        const __m256 depth = _mm256_min_ps(wMax, _mm256_max_ps(wMin, w));
-        const __m256i index = _mm256_add_epi32(inEight, _mm256_set1_epi32(column));
-        const __m256i mask =
-            _mm256_and_si256(_mm256_cmpgt_epi32(index, before), _mm256_cmpgt_epi32(after, index));
-        __m256i* const stored = reinterpret_cast<__m256i*>(row + column);
-        _mm256_storeu_si256(stored,
-                            _mm256_max_epu32(_mm256_loadu_si256(stored),
-                                             _mm256_and_si256(_mm256_castps_si256(depth), mask)));
-    }
+/// Eight stored depths become the greater ones of them and of a triangle's.
+/// @param low,high 1/z of four columns each @param columns the eight; those outside of [from, to]
+/// are left
+inline void fillEight(uint32_t* texels, Lanes low, Lanes high, __m256 wMin, __m256 wMax,
+                      __m256i columns, __m256i from, __m256i to) {
+    const __m256 w = _mm256_set_m128(_mm256_cvtpd_ps(high), _mm256_cvtpd_ps(low));
+    const __m256i depth = _mm256_castps_si256(_mm256_min_ps(wMax, _mm256_max_ps(wMin, w)));
+    const __m256i isOutside =
+        _mm256_or_si256(_mm256_cmpgt_epi32(from, columns), _mm256_cmpgt_epi32(columns, to));
+    __m256i* const stored = reinterpret_cast<__m256i*>(texels);
+    _mm256_storeu_si256(stored, _mm256_max_epu32(_mm256_loadu_si256(stored),
+                                                 _mm256_andnot_si256(isOutside, depth)));
 }
+
+/// Fills rows of a page of 16 texels: what they have in common is computed once.
+class ShortRows {
+public:
+    static constexpr int32_t kTexels = 16; // no page has fewer
+
+    /// @param start the page's first column, of the face @param first,last columns that are filled
+    ShortRows(const FaceTriangle& t, int32_t start, int32_t n, int32_t first, int32_t last)
+        : wMin_(_mm256_set1_ps(t.wMin)), wMax_(_mm256_set1_ps(t.wMax)),
+          low_(_mm256_add_epi32(_mm256_set1_epi32(start),
+                                _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))),
+          isLow_(first < start + 8), isHigh_(last >= start + 8) {
+        const Lanes X = all(double(2 * start + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
+        for (int i = 0; i < 4; ++i)
+            along_[i] = all(t.wx()) * (X + all(8.0 * i));
+    }
+
+    /// Fills columns [first, last]. @param row the row's texels in its page @param w wy Y + w0
+    void operator()(uint32_t* row, int32_t first, int32_t last, double w) const {
+        const __m256i from = _mm256_set1_epi32(first), to = _mm256_set1_epi32(last);
+        const Lanes rw = all(w);
+        if (isLow_)
+            fillEight(row, along_[0] + rw, along_[1] + rw, wMin_, wMax_, low_, from, to);
+        if (isHigh_)
+            fillEight(row + 8, along_[2] + rw, along_[3] + rw, wMin_, wMax_,
+                      _mm256_add_epi32(low_, _mm256_set1_epi32(8)), from, to);
+    }
+
+private:
+    Lanes along_[4]; ///< wx X, four columns each
+    __m256 wMin_, wMax_;
+    __m256i low_; ///< the first eight columns
+    bool isLow_, isHigh_;
+};
+
+/// Fills rows of a larger page.
+class LongRows {
+public:
+    LongRows(const FaceTriangle& t, int32_t start, int32_t n) : t_(t), start_(start), n_(n) {}
+
+    /// As ShortRows.
+    void operator()(uint32_t* row, int32_t first, int32_t last, double w) const {
+        const __m256 wMin = _mm256_set1_ps(t_.wMin), wMax = _mm256_set1_ps(t_.wMax);
+        const Lanes slope = all(t_.wx()), rw = all(w), step = all(16.0);
+        // Eights that start at a multiple of eight of the page never leave it.
+        int32_t column = start_ + ((first - start_) & ~7);
+        const Lanes X = all(double(2 * column + 1 - n_));
+        Lanes low = X + _mm256_setr_pd(0, 2, 4, 6), high = X + _mm256_setr_pd(8, 10, 12, 14);
+        const __m256i from = _mm256_set1_epi32(first), to = _mm256_set1_epi32(last);
+        for (; column <= last; column += 8, low += step, high += step)
+            fillEight(row + (column - start_), slope * low + rw, slope * high + rw, wMin, wMax,
+                      _mm256_add_epi32(_mm256_set1_epi32(column),
+                                       _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)),
+                      from, to);
+    }
+
+private:
+    const FaceTriangle& t_;
+    int32_t start_, n_;
+};
 
 /// The columns of four rows inside of all edges.
 struct RowSpans {
@@ -239,7 +271,7 @@ inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_
     }
     _mm_store_si128(reinterpret_cast<__m128i*>(spans.first), _mm256_cvttpd_epi32(first));
     _mm_store_si128(reinterpret_cast<__m128i*>(spans.last), _mm256_cvttpd_epi32(last));
-    _mm256_store_pd(spans.rw, all(t.wy) * Y + all(t.w0));
+    _mm256_store_pd(spans.rw, all(t.wy()) * Y + all(t.w0()));
     for (int wrong = _mm256_movemask_pd(isWrong); wrong; wrong &= wrong - 1) {
         const int i = __builtin_ctz(unsigned(wrong));
         const double rowY = double(2 * (y + i) + 1 - n);
@@ -254,13 +286,12 @@ inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_
 }
 
 /// Draws a triangle at most four columns wide, a row at a time.
-inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                        const FaceTriangle& t, PageFloors& floors) {
+inline void coverNarrow(const FacePages& pages, const FaceTriangle& t) {
+    const RasterView& view = pages.view;
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
-    const int32_t n = int32_t(map.faceTexels);
-    const Lanes ey = _mm256_setr_pd(t.ey[0], t.ey[1], t.ey[2], t.wy);
-    const Lanes e0 = _mm256_setr_pd(t.e0[0], t.e0[1], t.e0[2], t.w0);
+    const int32_t n = int32_t(pages.map->faceTexels);
+    const Lanes ey = _mm256_loadu_pd(t.ey), e0 = _mm256_loadu_pd(t.e0);
     const __m128 wMin = _mm_set1_ps(t.wMin), wMax = _mm_set1_ps(t.wMax);
     for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
         // Four columns that do not leave the page.
@@ -270,15 +301,14 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
                                                _mm_cmpgt_epi32(_mm_set1_epi32(t.x1 + 1), column));
         const Lanes X = all(double(2 * base + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
         const Lanes x0 = all(t.ex[0]) * X, x1 = all(t.ex[1]) * X, x2 = all(t.ex[2]) * X,
-                    xw = all(t.wx) * X;
+                    xw = all(t.wx()) * X;
         for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
-            const uint32_t page =
-                view.pageTable[pageTableIndex(map, face, uint32_t(px), uint32_t(py))];
-            if (page == kNoPage || floors.hides(page, floatBits(t.wMax)))
+            const uint32_t page = pages.table[py * pages.across + px];
+            if (page == kNoPage || pages.floors.hides(page, floatBits(t.wMax)))
                 continue;
             const int32_t yLast = glm::min(t.y1, py * side + side - 1);
             int32_t y = glm::max(t.y0, py * side);
-            floors.noteRows(page, yLast - y + 1);
+            pages.floors.noteRows(page, yLast - y + 1);
             uint32_t* row = view.depths.data + (size_t(page) << (2 * log2)) +
                             (size_t(y - py * side) << log2) + size_t(base - px * side);
             for (; y <= yLast; ++y, row += side) {
@@ -303,84 +333,131 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
     }
 }
 
-/// coverTexels for all rows of a solid triangle, storing the greater depth. Pages that reach the
-/// near plane, and narrow triangles that do, are left to the shared code.
-/// @param floors of the view's pages; a page that is drawn into is noted there
-inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                        const FaceTriangle& t, PageFloors& floors) {
-    const StoreGreater store{view.depths.data};
-    if (t.x1 - t.x0 < 4) {
-        if (t.wMax <= t.wNear)
-            coverNarrow(view, map, face, t, floors);
-        else
-            shadowdag::coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
-        return;
-    }
-    const uint32_t log2 = view.pageTexelsLog2;
-    const int32_t side = 1 << log2;
-    const int32_t n = int32_t(map.faceTexels);
-    const double rEx[3] = {1.0 / t.ex[0], 1.0 / t.ex[1], 1.0 / t.ex[2]};
-    // Three edges and the depth; the depth's bound is never met.
-    const Lanes ex = _mm256_setr_pd(t.ex[0], t.ex[1], t.ex[2], t.wx),
-                ey = _mm256_setr_pd(t.ey[0], t.ey[1], t.ey[2], t.wy),
-                e0 = _mm256_setr_pd(t.e0[0], t.e0[1], t.e0[2], t.w0),
-                bound = negative(_mm256_setr_pd(t.tolerance[0], t.tolerance[1], t.tolerance[2], 0));
-    const auto centre = [n](int32_t x) { return double(2 * x + 1 - n); };
-    for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
-        const uint32_t* const pages = &view.pageTable[pageTableIndex(map, face, 0, uint32_t(py))];
-        const int32_t yFirst = glm::max(t.y0, py * side),
-                      yLast = glm::min(t.y1, py * side + side - 1);
-        const Lanes top = ey * all(centre(yFirst)) + e0, bottom = ey * all(centre(yLast)) + e0;
-        const Lanes rMin = least(top, bottom), rMax = most(top, bottom);
-        for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
-            const uint32_t page = pages[px];
-            if (page == kNoPage)
-                continue;
-            const int32_t xFirst = glm::max(t.x0, px * side),
-                          xLast = glm::min(t.x1, px * side + side - 1);
-            const Lanes left = ex * all(centre(xFirst)), right = ex * all(centre(xLast));
-            const Lanes greatest = most(left, right) + rMax, smallest = least(left, right) + rMin;
-            if (~_mm256_movemask_pd(atLeast(greatest, bound)) & 7)
-                continue;                           // outside of an edge
-            const auto depthBitsOf = [&](Lanes w) { // of lane 3, as a texel's
-                const float depth = float(_mm256_extractf128_pd(w, 1)[1]);
-                return floatBits(glm::min(glm::max(depth, t.wMin), t.wMax));
-            };
-            uint32_t* const texels = view.depths.data + (size_t(page) << (2 * log2));
-            const int32_t columns = glm::min(side, n - px * side),
-                          rows = glm::min(side, n - py * side);
-            if (floors.refreshed(page, depthBitsOf(greatest), texels, side, columns, rows))
-                continue; // hidden
-            const uint32_t edges = ~uint32_t(_mm256_movemask_pd(atLeast(smallest, bound))) & 7u;
-            const bool isNear = depthBitsOf(greatest) > floatBits(t.wNear);
-            if (edges == 0 && !isNear && xLast - xFirst + 1 == columns &&
-                yLast - yFirst + 1 == rows)
-                floors.raise(page, depthBitsOf(mutated(Mutant::kFloorTooHigh, smallest, greatest)));
-            floors.noteRows(page, yLast - yFirst + 1);
-            if (isNear) {
-                FaceTriangle part = t;
-                part.x0 = xFirst;
-                part.x1 = xLast;
-                shadowdag::coverTexels(view, map, face, part, SolidTriangle{}, yFirst, yLast,
-                                       store);
-                continue;
-            }
-            uint32_t* row = texels + (size_t(yFirst - py * side) << log2);
-            if (edges == 0) {
-                for (int32_t y = yFirst; y <= yLast; ++y, row += side)
-                    fillRow(row, px * side, xFirst, xLast, n, t.wx, t.wy * centre(y) + t.w0, t);
-                continue;
-            }
-            for (int32_t y = yFirst; y <= yLast; y += 4) {
-                RowSpans spans;
-                spanRows(t, rEx, y, n, xFirst, xLast, edges, spans);
-                for (int32_t i = 0; i < 4 && y + i <= yLast; ++i, row += side)
-                    if (spans.first[i] <= spans.last[i])
-                        fillRow(row, px * side, spans.first[i], spans.last[i], n, t.wx, spans.rw[i],
-                                t);
-            }
+/// coverTexels for a triangle that is wider, and solid.
+class WideTriangle {
+public:
+    WideTriangle(const FacePages& pages, const FaceTriangle& t)
+        : pages_(pages), t_(t), log2_(pages.view.pageTexelsLog2), side_(1 << log2_),
+          n_(int32_t(pages.map->faceTexels)), rEx_{1.0 / t.ex[0], 1.0 / t.ex[1], 1.0 / t.ex[2]},
+          ex_(_mm256_loadu_pd(t.ex)), ey_(_mm256_loadu_pd(t.ey)), e0_(_mm256_loadu_pd(t.e0)),
+          bound_(negative(_mm256_setr_pd(t.tolerance[0], t.tolerance[1], t.tolerance[2], 0))) {}
+
+    void cover() const {
+        for (int32_t py = t_.y0 >> log2_; py <= t_.y1 >> log2_; ++py) {
+            const int32_t yFirst = glm::max(t_.y0, py * side_),
+                          yLast = glm::min(t_.y1, py * side_ + side_ - 1);
+            const Rows rows = rowsOf(yFirst, yLast);
+            pages_.allPresent(py, t_.x0 >> log2_, t_.x1 >> log2_, [&](int32_t px, uint32_t page) {
+                coverPage(page, px, py, yFirst, yLast, rows);
+                return true;
+            });
         }
     }
+
+private:
+    /// What rows contribute to the edge functions and the depth's, at least and at most.
+    struct Rows {
+        Lanes smallest, greatest;
+    };
+    /// The least and the greatest of the edge functions, and of the depth's, in columns [xFirst,
+    /// xLast].
+    struct Range {
+        Lanes smallest, greatest;
+
+        /// Returns whether all texels are outside of an edge.
+        bool isOutside(Lanes bound) const { return (~bitsOf(atLeast(greatest, bound)) & 7u) != 0; }
+        /// Returns the edges that some texels may be outside of.
+        uint32_t edges(Lanes bound) const { return ~bitsOf(atLeast(smallest, bound)) & 7u; }
+    };
+    double centre(int32_t x) const { return double(2 * x + 1 - n_); }
+    Rows rowsOf(int32_t yFirst, int32_t yLast) const {
+        const Lanes top = ey_ * all(centre(yFirst)) + e0_, bottom = ey_ * all(centre(yLast)) + e0_;
+        return {least(top, bottom), most(top, bottom)};
+    }
+    Range rangeOf(int32_t xFirst, int32_t xLast, const Rows& rows) const {
+        const Lanes left = ex_ * all(centre(xFirst)), right = ex_ * all(centre(xLast));
+        return {least(left, right) + rows.smallest, most(left, right) + rows.greatest};
+    }
+    /// Returns the bits of a depth as a texel has it. @param w lane 3 counts
+    uint32_t depthBitsOf(Lanes w) const {
+        const float depth = float(_mm256_extractf128_pd(w, 1)[1]);
+        return floatBits(glm::min(glm::max(depth, t_.wMin), t_.wMax));
+    }
+
+    /// Covers rows [yFirst, yLast] of page (px, py). @param ofRows of these rows
+    void coverPage(uint32_t page, int32_t px, int32_t py, int32_t yFirst, int32_t yLast,
+                   const Rows& ofRows) const {
+        const int32_t xFirst = glm::max(t_.x0, px * side_),
+                      xLast = glm::min(t_.x1, px * side_ + side_ - 1);
+        const Range range = rangeOf(xFirst, xLast, ofRows);
+        if (range.isOutside(bound_))
+            return;
+        uint32_t* const texels = pages_.view.depths.data + (size_t(page) << (2 * log2_));
+        const int32_t columns = glm::min(side_, n_ - px * side_),
+                      rows = glm::min(side_, n_ - py * side_);
+        PageFloors& floors = pages_.floors;
+        if (floors.refreshed(page, depthBitsOf(range.greatest), texels, side_, columns, rows))
+            return; // hidden
+        const uint32_t edges = range.edges(bound_);
+        const bool isNear = depthBitsOf(range.greatest) > floatBits(t_.wNear);
+        if (edges == 0 && !isNear && xLast - xFirst + 1 == columns && yLast - yFirst + 1 == rows)
+            floors.raise(
+                page, depthBitsOf(mutated(Mutant::kFloorTooHigh, range.smallest, range.greatest)));
+        floors.noteRows(page, yLast - yFirst + 1);
+        if (isNear) {
+            FaceTriangle part = t_;
+            part.x0 = xFirst;
+            part.x1 = xLast;
+            shadowdag::coverTexels(pages_.view, *pages_.map, pages_.face, part, SolidTriangle{},
+                                   yFirst, yLast, StoreGreater{pages_.view.depths.data});
+            return;
+        }
+        uint32_t* const row = texels + (size_t(yFirst - py * side_) << log2_);
+        if (side_ == ShortRows::kTexels) {
+            const ShortRows fill(t_, px * side_, n_, xFirst, xLast);
+            coverRows(fill, row, xFirst, xLast, yFirst, yLast, edges);
+        } else
+            coverRows(LongRows(t_, px * side_, n_), row, xFirst, xLast, yFirst, yLast, edges);
+    }
+
+    /// Covers columns [xFirst, xLast] of rows [yFirst, yLast] of a page.
+    /// @param fill a row, as ShortRows do @param row of the page, row yFirst
+    /// @param edges those that need testing
+    template <class Fill>
+    void coverRows(const Fill& fill, uint32_t* row, int32_t xFirst, int32_t xLast, int32_t yFirst,
+                   int32_t yLast, uint32_t edges) const {
+        if (edges == 0) {
+            for (int32_t y = yFirst; y <= yLast; ++y, row += side_)
+                fill(row, xFirst, xLast, t_.wy() * centre(y) + t_.w0());
+            return;
+        }
+        for (int32_t y = yFirst; y <= yLast; y += 4) {
+            RowSpans spans;
+            spanRows(t_, rEx_, y, n_, xFirst, xLast, edges, spans);
+            for (int32_t i = 0; i < 4 && y + i <= yLast; ++i, row += side_)
+                if (spans.first[i] <= spans.last[i])
+                    fill(row, spans.first[i], spans.last[i], spans.rw[i]);
+        }
+    }
+
+    const FacePages& pages_;
+    const FaceTriangle& t_;
+    uint32_t log2_;
+    int32_t side_, n_;
+    double rEx_[3];
+    Lanes ex_, ey_, e0_, bound_; ///< three edges and the depth, whose bound is of no use
+};
+
+/// coverTexels for all rows of a solid triangle, storing the greater depth. Pages that reach the
+/// near plane, and narrow triangles that do, are left to the shared code.
+inline void coverTexels(const FacePages& pages, const FaceTriangle& t) {
+    if (t.x1 - t.x0 >= kNarrowTexels)
+        WideTriangle(pages, t).cover();
+    else if (t.wMax <= t.wNear)
+        coverNarrow(pages, t);
+    else
+        shadowdag::coverTexels(pages.view, *pages.map, pages.face, t, SolidTriangle{}, t.y0, t.y1,
+                               StoreGreater{pages.view.depths.data});
 }
 
 } // namespace shadowdag::avx2

@@ -30,12 +30,13 @@ struct PagesToClear {
 /// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one
 /// thread owns.
 /// Batches are drawn front to back, and those that are hidden are skipped.
+/// @param vertices of view.batches
 /// @param drawStart mapCount + 1; draws of map m are [drawStart[m], drawStart[m + 1])
 /// @param boxesWorld of the batches @param pageFloors one a page of the pool; {0,
 /// PageFloors::kUnknownRows} where nothing is known; written
 /// @param toClear cleared before their face is drawn, so that they are in the cache then
-void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart,
-                     View<const Box> boxesWorld, View<PageFloor> pageFloors,
-                     const PagesToClear& toClear);
+void rasterizeByFace(const RasterView& view, const BatchVerticesView& vertices,
+                     const std::vector<uint32_t>& drawStart, View<const Box> boxesWorld,
+                     View<PageFloor> pageFloors, const PagesToClear& toClear);
 
 } // namespace shadowdag

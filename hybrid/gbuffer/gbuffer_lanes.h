@@ -38,26 +38,6 @@ struct SeenVertices {
     Rounded rounded[kMaxCount];
 };
 
-/// Four vectors of three floats, one after the other.
-inline Lanes3 fourVectors(const float* first) {
-    const __m128 a = _mm_loadu_ps(first), b = _mm_loadu_ps(first + 4), c = _mm_loadu_ps(first + 8);
-    const __m128 xy = _mm_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2)),
-                 yz = _mm_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
-    return {_mm256_cvtps_pd(_mm_shuffle_ps(a, xy, _MM_SHUFFLE(2, 0, 3, 0))),
-            _mm256_cvtps_pd(_mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0))),
-            _mm256_cvtps_pd(_mm_shuffle_ps(yz, c, _MM_SHUFFLE(3, 0, 3, 1)))};
-}
-
-/// Exchanges rows and columns.
-inline void transpose(Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
-    const Lanes ab = _mm256_unpacklo_pd(a, b), ba = _mm256_unpackhi_pd(a, b),
-                cd = _mm256_unpacklo_pd(c, d), dc = _mm256_unpackhi_pd(c, d);
-    a = _mm256_permute2f128_pd(ab, cd, 0x20);
-    b = _mm256_permute2f128_pd(ba, dc, 0x20);
-    c = _mm256_permute2f128_pd(ab, cd, 0x31);
-    d = _mm256_permute2f128_pd(ba, dc, 0x31);
-}
-
 /// Sets `count` vertices. @param positions world space; may be read up to the next multiple of four
 inline void projectVertices(const glm::vec3* positions, uint32_t count, const ViewRays& view,
                             SeenVertices& vertices) {

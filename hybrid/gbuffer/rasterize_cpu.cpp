@@ -8,6 +8,7 @@
 #include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
 #include "hybrid/gbuffer/gbuffer_lanes.h"
+#include "scenes/batch_request.h"
 
 #include <algorithm>
 #include <atomic>
@@ -63,7 +64,7 @@ public:
 
     /// @param next the batch that is probably drawn next, whose data are requested, or this one
     void draw(uint32_t batchIndex, uint32_t next) {
-        request(next);
+        requestBatch(work_.batches, vertices_, work_.batchTriangles, next);
         const Batch& batch = work_.batches[batchIndex];
         const BatchCorners* const corners = &vertices_.corners[batch.first];
         projectVertices(&vertices_.positions[vertices_.first[batchIndex]],
@@ -91,21 +92,6 @@ public:
     }
 
 private:
-    static constexpr size_t kLine = 64; // bytes that are requested at once
-
-    void request(uint32_t batchIndex) const {
-        const Batch& batch = work_.batches[batchIndex];
-        const auto requestAll = [](const auto* first, size_t count) {
-            const char* const begin = reinterpret_cast<const char*>(first);
-            for (size_t i = 0; i < count * sizeof(*first); i += kLine)
-                _mm_prefetch(begin + i, _MM_HINT_T0);
-        };
-        requestAll(vertices_.positions.data + vertices_.first[batchIndex],
-                   vertices_.count(batchIndex));
-        requestAll(vertices_.corners.data + batch.first, batch.count);
-        requestAll(work_.batchTriangles.data + batch.first, batch.count);
-    }
-
     /// @param four those from `count` on, which may be anything, are written
     void drawFour(const Batch& batch, BoundTriangle* four, uint32_t count) {
         const BatchCorners* corners[4];
