@@ -75,6 +75,15 @@ inline Lanes3 vertices(const TriangleView& geometry, const uint32_t* triangles, 
     return {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])};
 }
 
+/// Four vectors of three floats anywhere; a float more is read of each.
+inline Lanes3 fourVectors(const float* const (&vectors)[4]) {
+    __m128 p[4];
+    for (int lane = 0; lane < 4; ++lane)
+        p[lane] = _mm_loadu_ps(vectors[lane]);
+    _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
+    return {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])};
+}
+
 /// Four vectors of three floats, one after the other.
 inline Lanes3 fourVectors(const float* first) {
     const __m128 a = _mm_loadu_ps(first), b = _mm_loadu_ps(first + 4), c = _mm_loadu_ps(first + 8);

@@ -5,44 +5,15 @@
 // of the triangles of a scene with millions of them lie between texel centres.
 #pragma once
 
+#include "scenes/batch_lanes.h"
 #include "shadowmap/rasterize_lanes.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 
 #if defined(SDAG_RASTERIZE_AVX2)
 
 namespace shadowdag::avx2 {
-
-/// The vertices of a batch as a face of a map sees them, rounded.
-struct FaceVertices {
-    struct alignas(16) Vertex {
-        float x, y; ///< in texels of the face, whole numbers at centres
-        float w;    ///< 1/z; -1 where x and y are of no use: near the light's plane, or behind it
-        float z;    ///< along the face's axis; negative behind the light's plane
-    };
-    static constexpr uint32_t kMaxCount = 3 * kMaxBatchTriangleCount + BatchVerticesView::kPadding;
-    Vertex of[kMaxCount];
-};
-
-/// Eight vectors of three floats, by coordinate.
-struct Floats3 {
-    __m256 of[3];
-};
-
-/// Eight vectors, one after the other.
-inline Floats3 eightVectors(const float* first) {
-    const auto rows = [&](int i) {
-        return _mm256_set_m128(_mm_loadu_ps(first + 12 + 4 * i), _mm_loadu_ps(first + 4 * i));
-    };
-    const __m256 a = rows(0), b = rows(1), c = rows(2);
-    const __m256 xy = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2)),
-                 yz = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
-    return {{_mm256_shuffle_ps(a, xy, _MM_SHUFFLE(2, 0, 3, 0)),
-             _mm256_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0)),
-             _mm256_shuffle_ps(yz, c, _MM_SHUFFLE(3, 0, 3, 1))}};
-}
 
 /// faceFromWorld of eight points, one after the other, each coordinate rounded once.
 inline Floats3 roundedFromWorld(const float* first, const ShadowMapInfo& map, uint32_t face) {
@@ -62,12 +33,14 @@ inline Floats3 roundedFromWorld(const float* first, const ShadowMapInfo& map, ui
              _mm256_xor_ps(p.of[axis], _mm256_set1_ps((face & 1u) ? -0.0f : 0.0f))}};
 }
 
-/// Sets `count` vertices. Where w is positive, and x and y within the face, they are off by less
+/// Sets `count` vertices of a batch as a face of a map sees them: x and y in texels, whole numbers
+/// at centres; w = 1/z, or -1 where x and y are of no use: near the light's plane, or behind it; z,
+/// along the face's axis. Where w is positive, and x and y within the face, they are off by less
 /// than 2^-21 of its width, and w by less than 2^-22 of itself: p - light is rounded once, as are
 /// 1/z, the quotient, and the three steps that make texels of it, by 2^-24 of at most the width.
 /// @param positions world space; may be read up to the next multiple of eight
 inline void projectVertices(const glm::vec3* positions, uint32_t count, const ShadowMapInfo& map,
-                            uint32_t face, FaceVertices& vertices) {
+                            uint32_t face, BatchVertices& vertices) {
     const __m256 half = _mm256_set1_ps(0.5f * float(map.faceTexels)), one = _mm256_set1_ps(1.0f),
                  centre = _mm256_set1_ps(0.5f);
     const __m256 nearest = _mm256_set1_ps(float(nearDepth(map)) * (1.0f + 0x1p-20f)),
@@ -82,21 +55,10 @@ inline void projectVertices(const glm::vec3* positions, uint32_t count, const Sh
         const __m256 isUsable =
             _mm256_and_ps(_mm256_and_ps(_mm256_cmp_ps(nearest, z, _CMP_LT_OQ), isSmall(z)),
                           _mm256_and_ps(isSmall(x), isSmall(y)));
-        const __m256 rows[4] = {_mm256_sub_ps(_mm256_mul_ps(_mm256_add_ps(x, one), half), centre),
-                                _mm256_sub_ps(_mm256_mul_ps(_mm256_add_ps(y, one), half), centre),
-                                _mm256_blendv_ps(_mm256_set1_ps(-1.0f), perZ, isUsable), z};
-        const __m256 ab = _mm256_unpacklo_ps(rows[0], rows[1]),
-                     ba = _mm256_unpackhi_ps(rows[0], rows[1]),
-                     cd = _mm256_unpacklo_ps(rows[2], rows[3]),
-                     dc = _mm256_unpackhi_ps(rows[2], rows[3]);
-        const auto store = [&](uint32_t i, __m256 two) {
-            _mm_store_ps(&vertices.of[v + i].x, _mm256_castps256_ps128(two));
-            _mm_store_ps(&vertices.of[v + i + 4].x, _mm256_extractf128_ps(two, 1));
-        };
-        store(0, _mm256_shuffle_ps(ab, cd, _MM_SHUFFLE(1, 0, 1, 0)));
-        store(1, _mm256_shuffle_ps(ab, cd, _MM_SHUFFLE(3, 2, 3, 2)));
-        store(2, _mm256_shuffle_ps(ba, dc, _MM_SHUFFLE(1, 0, 1, 0)));
-        store(3, _mm256_shuffle_ps(ba, dc, _MM_SHUFFLE(3, 2, 3, 2)));
+        __m256 rows[4] = {_mm256_sub_ps(_mm256_mul_ps(_mm256_add_ps(x, one), half), centre),
+                          _mm256_sub_ps(_mm256_mul_ps(_mm256_add_ps(y, one), half), centre),
+                          _mm256_blendv_ps(_mm256_set1_ps(-1.0f), perZ, isUsable), z};
+        vertices.set(v, rows);
     }
 }
 
@@ -106,18 +68,6 @@ struct BoundedTriangle {
     uint32_t nearest;       ///< bits of a 1/z that no stored depth of it exceeds
     uint32_t inBatch;       ///< its number
 };
-
-/// Eight vectors of four floats, one each of vertices a..h, as four vectors of eight.
-inline void eightVertices(const FaceVertices::Vertex* const (&vertex)[8], __m256 (&rows)[4]) {
-    for (int i = 0; i < 4; ++i)
-        rows[i] = _mm256_set_m128(_mm_load_ps(&vertex[i + 4]->x), _mm_load_ps(&vertex[i]->x));
-    const __m256 a = _mm256_unpacklo_ps(rows[0], rows[1]), b = _mm256_unpackhi_ps(rows[0], rows[1]),
-                 c = _mm256_unpacklo_ps(rows[2], rows[3]), d = _mm256_unpackhi_ps(rows[2], rows[3]);
-    rows[0] = _mm256_shuffle_ps(a, c, _MM_SHUFFLE(1, 0, 1, 0));
-    rows[1] = _mm256_shuffle_ps(a, c, _MM_SHUFFLE(3, 2, 3, 2));
-    rows[2] = _mm256_shuffle_ps(b, d, _MM_SHUFFLE(1, 0, 1, 0));
-    rows[3] = _mm256_shuffle_ps(b, d, _MM_SHUFFLE(3, 2, 3, 2));
-}
 
 /// Returns which of eight rectangles of texels (bits) touch a page with memory in which something
 /// may be farther than the rectangle's triangle, or more than 2 x 2 pages.
@@ -162,68 +112,49 @@ static_assert(kNoPage == 0xffffffffu && offsetof(PageFloor, least) == 0);
 
 /// Bounds eight triangles of a batch from `inBatch` on. Writes those that may cover texels of pages
 /// with memory, as far as touchPages tells, to `bounded`, in order, and returns their number.
-/// @param wanted how many there are, 1..8 @param bounded holds eight
-inline uint32_t boundEight(const FaceVertices& vertices, const BatchCorners* corners,
-                           uint32_t inBatch, uint32_t wanted, const FacePages& pages,
+/// @param vertices by projectVertices @param count of triangles, 1..8 @param bounded holds eight
+inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* corners,
+                           uint32_t inBatch, uint32_t count, const FacePages& pages,
                            BoundedTriangle* bounded) {
-    __m256 corner[3][4];
-    for (int c = 0; c < 3; ++c) {
-        const FaceVertices::Vertex* vertex[8];
-        for (uint32_t i = 0; i < 8; ++i)
-            vertex[i] = &vertices.of[corners[inBatch + std::min(i, wanted - 1)].of[c]];
-        eightVertices(vertex, corner[c]);
-    }
-    const auto least = [&](int i) {
-        return _mm256_min_ps(corner[0][i], _mm256_min_ps(corner[1][i], corner[2][i]));
-    };
-    const auto most = [&](int i) {
-        return _mm256_max_ps(corner[0][i], _mm256_max_ps(corner[1][i], corner[2][i]));
-    };
+    const EightTriangles eight(vertices, corners, inBatch, count);
     const float n = float(pages.map->faceTexels);
-    const __m256 margin = _mm256_set1_ps(n * 0x1p-20f + 0x1p-16f), end = _mm256_set1_ps(n - 1.0f),
-                 zero = _mm256_setzero_ps();
-    const __m256 lanes = _mm256_castsi256_ps(_mm256_cmpgt_epi32(
-        _mm256_set1_epi32(int(wanted)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
     // Triangles near the light's plane, or across it, are bounded when they are set up.
-    const __m256 isUnknown = least(2), isBehind = most(3); // by their signs
-    __m256 kept = _mm256_andnot_ps(isBehind, lanes);
+    const __m256 isUnknown = eight.least(2), isBehind = eight.most(3); // by their signs
+    __m256 kept = _mm256_andnot_ps(isBehind, firstLanes(count));
     __m256i first[2], last[2];
     for (int i = 0; i < 2; ++i) {
-        const __m256 from = _mm256_sub_ps(least(i), margin), to = _mm256_add_ps(most(i), margin);
-        const __m256 lo = _mm256_ceil_ps(_mm256_max_ps(from, zero)),
-                     hi = _mm256_floor_ps(_mm256_min_ps(to, end));
-        const auto all = [&](__m256 value, float unknown) {
-            return _mm256_blendv_ps(value, _mm256_set1_ps(unknown), isUnknown);
-        };
-        const __m256 a = all(lo, 0.0f), b = all(hi, n - 1.0f);
-        kept = _mm256_and_ps(kept, _mm256_cmp_ps(b, a, _CMP_GE_OQ));
-        first[i] = _mm256_cvttps_epi32(a);
-        last[i] = _mm256_cvttps_epi32(b);
+        const __m256 margin = _mm256_set1_ps(n * 0x1p-20f + 0x1p-16f);
+        WholeSpans spans(_mm256_sub_ps(eight.least(i), margin),
+                         _mm256_add_ps(eight.most(i), margin), n - 1.0f);
+        spans.first = _mm256_blendv_ps(spans.first, _mm256_setzero_ps(), isUnknown);
+        spans.last = _mm256_blendv_ps(spans.last, _mm256_set1_ps(n - 1.0f), isUnknown);
+        kept = _mm256_and_ps(kept, spans.isAny());
+        first[i] = _mm256_cvttps_epi32(spans.first);
+        last[i] = _mm256_cvttps_epi32(spans.last);
     }
-    const __m256 nearest = _mm256_blendv_ps(_mm256_mul_ps(most(2), _mm256_set1_ps(1.0f + 0x1p-21f)),
-                                            _mm256_set1_ps(kLargestInverseDepth), isUnknown);
-    // A mask's lanes are whole, as those of comparisons; that of signs is not.
-    const __m256i wantedLanes = _mm256_srai_epi32(_mm256_castps_si256(kept), 31);
-    uint32_t touched = 0;
-    if (_mm256_movemask_ps(kept))
-        touched = touchPages(pages, first[0], first[1], last[0], last[1],
-                             _mm256_castps_si256(nearest), wantedLanes);
+    if (!_mm256_movemask_ps(kept))
+        return 0;
+    const __m256 nearest =
+        _mm256_blendv_ps(_mm256_mul_ps(eight.most(2), _mm256_set1_ps(1.0f + 0x1p-21f)),
+                         _mm256_set1_ps(kLargestInverseDepth), isUnknown);
+    const __m256i isKept = _mm256_srai_epi32(_mm256_castps_si256(kept), 31); // by its sign
+    uint32_t touched = touchPages(pages, first[0], first[1], last[0], last[1],
+                                  _mm256_castps_si256(nearest), isKept);
     if (!touched)
         return 0;
-    alignas(32) int32_t rect[4][8];
-    alignas(32) uint32_t bits[8];
+    alignas(32) int32_t rect[4][8], bits[8];
     for (int i = 0; i < 2; ++i) {
-        _mm256_store_si256(reinterpret_cast<__m256i*>(rect[i]), first[i]);
-        _mm256_store_si256(reinterpret_cast<__m256i*>(rect[i + 2]), last[i]);
+        storeWhole(rect[i], first[i]);
+        storeWhole(rect[i + 2], last[i]);
     }
-    _mm256_store_si256(reinterpret_cast<__m256i*>(bits), _mm256_castps_si256(nearest));
-    uint32_t count = 0;
+    storeWhole(bits, _mm256_castps_si256(nearest));
+    uint32_t written = 0;
     for (; touched; touched &= touched - 1) {
         const int i = std::countr_zero(touched);
-        bounded[count++] = {rect[0][i], rect[1][i], rect[2][i],
-                            rect[3][i], bits[i],    inBatch + uint32_t(i)};
+        bounded[written++] = {rect[0][i], rect[1][i],        rect[2][i],
+                              rect[3][i], uint32_t(bits[i]), inBatch + uint32_t(i)};
     }
-    return count;
+    return written;
 }
 
 /// Returns whether all texels of a small triangle's rectangle are known to be nearer; false for

@@ -5,7 +5,6 @@
 #include "shadowmap/rasterize_pass.h"
 
 #include "cuda/parallel_for.h"
-#include "scenes/batch_request.h"
 #include "shadowmap/face_vertices_lanes.h"
 
 #include <algorithm>
@@ -55,7 +54,7 @@ public:
 
     /// @param next the batch that may be drawn after this one, whose data are requested, or this
     void draw(uint32_t batchIndex, uint32_t next) {
-        requestBatch(view_.batches, vertices_, view_.batchTriangles, next);
+        avx2::requestBatch(view_.batches, vertices_, view_.batchTriangles, next);
         const Batch& batch = view_.batches[batchIndex];
         const BatchCorners* const corners = &vertices_.corners[batch.first];
         const glm::vec3* const positions = &vertices_.positions[vertices_.first[batchIndex]];
@@ -92,13 +91,10 @@ private:
             triangles[lane] = view_.batchTriangles[inOrder];
         }
         const auto corner = [&](int c) {
-            __m128 p[4];
-            for (int lane = 0; lane < 4; ++lane)
-                p[lane] = _mm_loadu_ps(&positions[corners[lane]->of[c]].x);
-            _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
-            return avx2::faceFromWorld(
-                {_mm256_cvtps_pd(p[0]), _mm256_cvtps_pd(p[1]), _mm256_cvtps_pd(p[2])}, *pages_.map,
-                pages_.face);
+            const float* const vertex[4] = {
+                &positions[corners[0]->of[c]].x, &positions[corners[1]->of[c]].x,
+                &positions[corners[2]->of[c]].x, &positions[corners[3]->of[c]].x};
+            return avx2::faceFromWorld(avx2::fourVectors(vertex), *pages_.map, pages_.face);
         };
         FaceTriangle t[4];
         uint32_t crossing;
@@ -122,7 +118,7 @@ private:
     const FacePages& pages_;
     const RasterView& view_;
     BatchVerticesView vertices_;
-    avx2::FaceVertices seen_;
+    avx2::BatchVertices seen_;
 };
 
 #else

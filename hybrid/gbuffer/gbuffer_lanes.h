@@ -7,7 +7,7 @@
 #pragma once
 
 #include "hybrid/gbuffer/tile_depths.h"
-#include "scenes/double_lanes.h"
+#include "scenes/batch_lanes.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,107 +17,116 @@
 
 namespace shadowdag::avx2 {
 
-/// The vertices of a batch, as a view sees them.
-struct SeenVertices {
-    /// Relative to the camera.
-    struct alignas(32) Position {
-        double x, y, z, unused;
-    };
-    /// Where it lies in the picture, in pixels.
-    struct alignas(16) Projected {
-        double x, y;
-    };
-    /// The same, rounded, and its depth: negative nearer than the near plane, where the others are
-    /// of no use.
-    struct alignas(16) Rounded {
-        float x, y, depth, unused;
-    };
-    static constexpr uint32_t kMaxCount = 3 * kMaxBatchTriangleCount + BatchVerticesView::kPadding;
-    Position positions[kMaxCount];
-    Projected projected[kMaxCount];
-    Rounded rounded[kMaxCount];
+/// Rows of the picture that one thread draws: whole tiles.
+struct Band {
+    int first, last;
+
+    /// Returns the part of a rectangle within; empty (minY > maxY) where there is none.
+    PixelRect clip(const PixelRect& rect) const {
+        return {rect.minX, std::max(rect.minY, first), rect.maxX, std::min(rect.maxY, last)};
+    }
 };
 
-/// Sets `count` vertices. @param positions world space; may be read up to the next multiple of four
+constexpr float kUnknown = -1.0f, kBehind = -2.0f; // see projectVertices
+
+/// Sets `count` vertices of a batch as a view sees them: x and y in pixels; a depth that is not
+/// more than its own; and how far x and y may be off, kPixelMargin with it, or a negative number
+/// where they are of no use: kUnknown near the near plane, kBehind behind the camera.
+///
+/// Rounding. p - origin is off by less than 2^-22 of itself, the origin as the sum of two floats;
+/// its products with unit vectors by less than e = 2^-20 (|px| + |py| + |pz|). So a quotient q by
+/// the depth z is off by less than 2 e / z (1 + |q|), and pixels by as much times their number at
+/// distance 1, and by the rounding of their own, 2^-22 of the picture's side.
+/// @param positions world space; may be read up to the next multiple of eight
 inline void projectVertices(const glm::vec3* positions, uint32_t count, const ViewRays& view,
-                            SeenVertices& vertices) {
-    const Lanes3 origin = all(view.origin), right = all(view.right), up = all(view.up),
-                 forward = all(view.forward);
-    const Lanes scale = all(1.0 / view.pixelSize);
-    for (uint32_t v = 0; v < count; v += 4) {
-        const Lanes3 p = difference(fourVectors(&positions[v].x), origin);
-        const Lanes z = dot(p, forward), perZ = all(1.0) / z;
-        const Lanes x = (dot(p, right) * perZ - all(view.firstX)) * scale,
-                    y = (all(view.firstY) - dot(p, up) * perZ) * scale;
-        const Lanes even = _mm256_unpacklo_pd(x, y), odd = _mm256_unpackhi_pd(x, y);
-        _mm256_storeu_pd(&vertices.projected[v].x, _mm256_permute2f128_pd(even, odd, 0x20));
-        _mm256_storeu_pd(&vertices.projected[v + 2].x, _mm256_permute2f128_pd(even, odd, 0x31));
-        __m128 floats[4] = {
-            _mm256_cvtpd_ps(x), _mm256_cvtpd_ps(y),
-            _mm256_cvtpd_ps(_mm256_blendv_pd(all(-1.0), z, atLeast(z, all(view.znear)))),
-            _mm_setzero_ps()};
-        _MM_TRANSPOSE4_PS(floats[0], floats[1], floats[2], floats[3]);
-        for (uint32_t i = 0; i < 4; ++i)
-            _mm_store_ps(&vertices.rounded[v + i].x, floats[i]);
-        Lanes rows[4] = {p.x, p.y, p.z, _mm256_setzero_pd()};
-        transpose(rows[0], rows[1], rows[2], rows[3]);
-        for (uint32_t i = 0; i < 4; ++i)
-            _mm256_store_pd(&vertices.positions[v + i].x, rows[i]);
+                            BatchVertices& vertices) {
+    const auto all = [](double value) { return _mm256_set1_ps(float(value)); };
+    const auto magnitude = [](__m256 v) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), v); };
+    const auto plus = [](__m256 a, __m256 b) { return _mm256_add_ps(a, b); };
+    const auto times = [](__m256 a, __m256 b) { return _mm256_mul_ps(a, b); };
+    const auto minus = [](__m256 a, __m256 b) { return _mm256_sub_ps(a, b); };
+    __m256 origin[3], rest[3], right[3], up[3], forward[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto rounded = float(view.origin[axis]);
+        origin[axis] = all(rounded);
+        rest[axis] = all(view.origin[axis] - double(rounded));
+        right[axis] = all(view.right[axis]);
+        up[axis] = all(view.up[axis]);
+        forward[axis] = all(view.forward[axis]);
+    }
+    const double scale = 1.0 / view.pixelSize;
+    const double size = glm::max(double(view.width), double(view.height));
+    for (uint32_t v = 0; v < count; v += 8) {
+        Floats3 p = eightVectors(&positions[v].x);
+        for (int axis = 0; axis < 3; ++axis)
+            p.of[axis] = minus(minus(p.of[axis], origin[axis]), rest[axis]);
+        const auto dot = [&](const __m256(&n)[3]) {
+            return plus(plus(times(p.of[0], n[0]), times(p.of[1], n[1])), times(p.of[2], n[2]));
+        };
+        const __m256 z = dot(forward), perZ = _mm256_div_ps(all(1.0), z);
+        const __m256 x = times(dot(right), perZ), y = times(dot(up), perZ);
+        const __m256 error = times(
+            plus(plus(magnitude(p.of[0]), magnitude(p.of[1])), magnitude(p.of[2])), all(0x1p-21));
+        const __m256 depth = minus(z, error);
+        const __m256 side = plus(plus(all(1.0), magnitude(x)), magnitude(y));
+        const __m256 margin = plus(times(times(error, perZ), times(side, all(2.0 * scale))),
+                                   all(kPixelMargin + size * 0x1p-22));
+        // Beyond that a picture's pixels are floats with gaps, and nothing is certain.
+        const __m256 isUsable =
+            _mm256_and_ps(_mm256_cmp_ps(depth, all(view.znear * (1.0 + 0x1p-20)), _CMP_GE_OQ),
+                          _mm256_cmp_ps(margin, all(1e6), _CMP_LE_OQ));
+        __m256 rows[4] = {
+            times(minus(x, all(view.firstX)), all(scale)),
+            times(minus(all(view.firstY), y), all(scale)), depth,
+            _mm256_blendv_ps(_mm256_blendv_ps(all(kUnknown), all(kBehind), plus(z, error)), margin,
+                             isUsable)};
+        vertices.set(v, rows);
     }
 }
 
 /// A triangle of a batch that may have pixels.
 struct BoundTriangle {
     PixelRect rect;   ///< holds that of boundPixels
-    float nearest;    ///< SeenTriangle::nearest
+    float nearest;    ///< not more than SeenTriangle::nearest
     uint32_t inBatch; ///< its number
 };
 
-/// Bounds four triangles. Writes those that lie in front of the near plane and may have a pixel to
-/// `bound`, and returns their number; those in `crossing` (bit i) reach the near plane.
-/// @param wanted how many there are, 1..4
-inline uint32_t boundFour(const SeenVertices& vertices, const BatchCorners* corners,
-                          uint32_t inBatch, uint32_t wanted, const ViewRays& view,
-                          uint32_t& crossing, BoundTriangle* bound) {
-    __m128 x[3], y[3], depth[3];
-    for (int corner = 0; corner < 3; ++corner) {
-        __m128 rows[4];
-        for (uint32_t i = 0; i < 4; ++i)
-            rows[i] = _mm_load_ps(
-                &vertices.rounded[corners[inBatch + std::min(i, wanted - 1)].of[corner]].x);
-        _MM_TRANSPOSE4_PS(rows[0], rows[1], rows[2], rows[3]);
-        x[corner] = rows[0];
-        y[corner] = rows[1];
-        depth[corner] = rows[2];
-    }
-    const auto behind = [&](int corner) { return uint32_t(_mm_movemask_ps(depth[corner])); };
-    const uint32_t isWanted = (1u << wanted) - 1u, anyBehind = behind(0) | behind(1) | behind(2);
-    crossing = isWanted & anyBehind & ~(behind(0) & behind(1) & behind(2));
-    const auto span = [](const __m128* v, uint32_t pixels, int32_t* first, int32_t* last) {
-        // A float is off by 0.001 pixels at 16384, and so is a sum.
-        const __m128 margin = _mm_set1_ps(float(kPixelMargin) + 0.01f),
-                     end = _mm_set1_ps(float(pixels - 1)), zero = _mm_setzero_ps();
-        const __m128 from = _mm_sub_ps(_mm_min_ps(v[0], _mm_min_ps(v[1], v[2])), margin),
-                     to = _mm_add_ps(_mm_max_ps(v[0], _mm_max_ps(v[1], v[2])), margin);
-        const __m128 lo = _mm_ceil_ps(_mm_max_ps(from, zero)),
-                     hi = _mm_floor_ps(_mm_min_ps(to, end));
-        _mm_store_si128(reinterpret_cast<__m128i*>(first), _mm_cvttps_epi32(lo));
-        _mm_store_si128(reinterpret_cast<__m128i*>(last), _mm_cvttps_epi32(hi));
-        return _mm_and_ps(_mm_and_ps(_mm_cmpge_ps(end, from), _mm_cmpge_ps(to, zero)),
-                          _mm_cmpge_ps(hi, lo));
+/// Bounds eight triangles. Writes those that lie in front of the near plane and may have a pixel in
+/// the band to `bound`, and returns their number; those in `crossing` (bit i) may reach the near
+/// plane.
+/// @param vertices by projectVertices @param count of triangles, 1..8 @param bound holds eight
+inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* corners,
+                           uint32_t inBatch, uint32_t count, const ViewRays& view, const Band& band,
+                           uint32_t& crossing, BoundTriangle* bound) {
+    const EightTriangles eight(vertices, corners, inBatch, count);
+    const auto bitsOf = [](__m256 lanes) { return uint32_t(_mm256_movemask_ps(lanes)); };
+    const uint32_t isWanted = (1u << count) - 1u, isUnknown = bitsOf(eight.least(3));
+    const __m256 isBehind = _mm256_cmp_ps(eight.most(3), _mm256_set1_ps(kBehind), _CMP_EQ_OQ);
+    crossing = isWanted & isUnknown & ~bitsOf(isBehind);
+    const __m256 margin = eight.most(3);
+    const auto spansOf = [&](int i, uint32_t pixels) {
+        return WholeSpans(_mm256_sub_ps(eight.least(i), margin),
+                          _mm256_add_ps(eight.most(i), margin), float(pixels - 1));
     };
-    alignas(16) int32_t minX[4], minY[4], maxX[4], maxY[4];
-    alignas(16) float nearest[4];
-    const __m128 isSeen =
-        _mm_and_ps(span(x, view.width, minX, maxX), span(y, view.height, minY, maxY));
-    _mm_store_ps(nearest, _mm_min_ps(depth[0], _mm_min_ps(depth[1], depth[2])));
-    uint32_t count = 0;
-    for (uint32_t kept = isWanted & ~anyBehind & uint32_t(_mm_movemask_ps(isSeen)); kept;
-         kept &= kept - 1) {
+    const WholeSpans x = spansOf(0, view.width), y = spansOf(1, view.height);
+    uint32_t kept = isWanted & ~isUnknown & bitsOf(_mm256_and_ps(x.isAny(), y.isAny()));
+    if (!kept)
+        return 0;
+    alignas(32) int32_t minX[8], minY[8], maxX[8], maxY[8];
+    alignas(32) float nearest[8];
+    storeWhole(minX, _mm256_cvttps_epi32(x.first));
+    storeWhole(minY, _mm256_cvttps_epi32(y.first));
+    storeWhole(maxX, _mm256_cvttps_epi32(x.last));
+    storeWhole(maxY, _mm256_cvttps_epi32(y.last));
+    _mm256_store_ps(nearest, eight.least(2));
+    uint32_t written = 0;
+    for (; kept; kept &= kept - 1) {
         const int i = std::countr_zero(kept);
-        bound[count++] = {{minX[i], minY[i], maxX[i], maxY[i]}, nearest[i], inBatch + uint32_t(i)};
+        const PixelRect rect = band.clip({minX[i], minY[i], maxX[i], maxY[i]});
+        if (rect.minY <= rect.maxY)
+            bound[written++] = {rect, nearest[i], inBatch + uint32_t(i)};
     }
-    return count;
+    return written;
 }
 
 /// SeenTriangle, four of them.
@@ -139,19 +148,35 @@ struct SeenTriangles {
     }
 };
 
-/// Sets the rectangles of four triangles to those of boundPixels; returns the lanes (bits) that
-/// have a pixel.
-inline uint32_t rectsOf(const SeenVertices& vertices, const BatchCorners* const* four,
-                        const ViewRays& view, BoundTriangle* bound) {
-    Lanes x[3], y[3];
+/// Corners of four triangles relative to the camera.
+struct FourCorners {
+    Lanes3 of[3];
+
+    /// @param positions of the batch, world space
+    FourCorners(const glm::vec3* positions, const BatchCorners* const* four,
+                const glm::dvec3& origin) {
+        for (int i = 0; i < 3; ++i) {
+            const float* const vertex[4] = {
+                &positions[four[0]->of[i]].x, &positions[four[1]->of[i]].x,
+                &positions[four[2]->of[i]].x, &positions[four[3]->of[i]].x};
+            of[i] = difference(fourVectors(vertex), all(origin));
+        }
+    }
+};
+
+/// Sets the rectangles of four triangles to those of boundPixels in a band, which may be empty
+/// there, and their nearest depths; returns the lanes (bits) that have a pixel of the picture.
+inline uint32_t boundPixels(const FourCorners& corners, const ViewRays& view, const Band& band,
+                            BoundTriangle* bound) {
+    const Lanes3 right = all(view.right), up = all(view.up), forward = all(view.forward);
+    const Lanes scale = all(1.0 / view.pixelSize);
+    Lanes x[3], y[3], z[3];
     for (int i = 0; i < 3; ++i) {
-        const auto corner = [&](int lane) {
-            return _mm_load_pd(&vertices.projected[four[lane]->of[i]].x);
-        };
-        const Lanes a = _mm256_set_m128d(corner(2), corner(0)),
-                    b = _mm256_set_m128d(corner(3), corner(1));
-        x[i] = _mm256_unpacklo_pd(a, b);
-        y[i] = _mm256_unpackhi_pd(a, b);
+        const Lanes3& p = corners.of[i];
+        z[i] = dot(p, forward);
+        const Lanes perZ = all(1.0) / z[i];
+        x[i] = (dot(p, right) * perZ - all(view.firstX)) * scale;
+        y[i] = (all(view.firstY) - dot(p, up) * perZ) * scale;
     }
     alignas(16) int32_t minX[4], minY[4], maxX[4], maxY[4];
     const auto span = [](const Lanes* v, uint32_t pixels, int32_t* first, int32_t* last) {
@@ -162,22 +187,18 @@ inline uint32_t rectsOf(const SeenVertices& vertices, const BatchCorners* const*
     };
     const Lanes isSeen =
         _mm256_and_pd(span(x, view.width, minX, maxX), span(y, view.height, minY, maxY));
-    for (int i = 0; i < 4; ++i)
-        bound[i].rect = {minX[i], minY[i], maxX[i], maxY[i]};
+    alignas(16) float nearest[4]; // rounding is monotone
+    _mm_store_ps(nearest, _mm256_cvtpd_ps(least(z[0], least(z[1], z[2]))));
+    for (int i = 0; i < 4; ++i) {
+        bound[i].rect = band.clip({minX[i], minY[i], maxX[i], maxY[i]});
+        bound[i].nearest = nearest[i];
+    }
     return bitsOf(isSeen);
 }
 
 /// setUpSeen in lanes, without bounds. Returns the lanes (bit i = lane i) that have an area.
-inline uint32_t setUpSeenLanes(const SeenVertices& vertices, const BatchCorners* const* four,
-                               const ViewRays& view, SeenTriangles& t) {
-    Lanes3 corner[3];
-    for (int i = 0; i < 3; ++i) {
-        Lanes rows[4];
-        for (int lane = 0; lane < 4; ++lane)
-            rows[lane] = _mm256_load_pd(&vertices.positions[four[lane]->of[i]].x);
-        transpose(rows[0], rows[1], rows[2], rows[3]);
-        corner[i] = {rows[0], rows[1], rows[2]};
-    }
+inline uint32_t setUpSeenLanes(const FourCorners& corners, const ViewRays& view, SeenTriangles& t) {
+    const Lanes3(&corner)[3] = corners.of;
     const Lanes3 a = difference(corner[1], corner[0]), b = difference(corner[2], corner[0]);
     const Lanes3 normal = cross(a, b);
     const uint32_t kept =
@@ -218,65 +239,78 @@ inline uint32_t storeNearer(Lanes depth, uint32_t covered, const PixelOf& pixelO
         const int lane = std::countr_zero(covered);
         const uint64_t now = uint64_t(bits[lane]) << 32 | triangleOf(lane);
         uint64_t& pixel = pixelOf(lane);
-        if (now < loadPast(&pixel)) {
-            atomicMinRelaxed(&pixel, now);
+        if (now < pixel) {
+            pixel = now;
             changed |= 1u << lane;
         }
     }
     return changed;
 }
 
-/// A triangle without a mask, and where it is drawn: up to eight pixels of a row at once.
+/// A triangle without a mask, and where it is drawn: pixels of a row, four at once.
 class RowCover {
 public:
     RowCover(const SeenTriangle& seen, const ViewRays& view, View<uint64_t> visibility)
-        : seen_(seen), visibility_(visibility), width_(view.width), znear_(all(view.znear)),
+        : seen_(seen), visibility_(visibility), width_(int(view.width)), znear_(all(view.znear)),
           zfar_(all(view.zfar)), plane_(all(seen.plane)), nearest_(all(double(seen.nearest))),
           start_(_mm256_loadu_pd(seen.start)), perY_(_mm256_loadu_pd(seen.perY)) {
         for (int i = 0; i < 4; ++i)
             perX_[i] = all(seen.perX[i]);
     }
 
-    /// coverPixels of columns [minX, maxX] of a row, at most eight. Returns how many pixels
-    /// changed.
+    /// coverPixels of columns [minX, maxX] of a row. Returns how many pixels changed.
     /// @param isWithin all of them are inside
     uint32_t cover(int y, int minX, int maxX, bool isWithin) const {
         const Lanes row = start_ + all(double(y)) * perY_;
         const Lanes edge[3] = {_mm256_permute4x64_pd(row, 0x00), _mm256_permute4x64_pd(row, 0x55),
                                _mm256_permute4x64_pd(row, 0xaa)};
-        const Lanes X = all(double(minX)) + _mm256_setr_pd(0, 1, 2, 3), next = X + all(4.0);
-        const bool isWide = maxX - minX > 3;
-        uint32_t covered = (2u << (maxX - minX)) - 1u;
-        if (!isWithin)
-            covered &= bitsOf(inside(edge, X)) | (isWide ? bitsOf(inside(edge, next)) << 4 : 0u);
-        if (!covered)
-            return 0;
-        const Lanes along = _mm256_permute4x64_pd(row, 0xff);
-        uint64_t* const pixels = &visibility_[size_t(y) * width_ + size_t(minX)];
+        const Lanes along = _mm256_permute4x64_pd(row, 0xff), last = all(double(maxX));
+        uint64_t* const pixels = &visibility_[size_t(y) * size_t(width_)];
         uint32_t changed = 0;
-        if (covered & 15u)
-            changed += store(along, X, covered & 15u, pixels);
-        if (covered >> 4)
-            changed += store(along, next, covered >> 4, pixels + 4);
+        for (int x = minX; x <= maxX; x += 4) {
+            const Lanes X = all(double(x)) + _mm256_setr_pd(0, 1, 2, 3);
+            Lanes covered = atLeast(last, X);
+            if (!isWithin) {
+                const Lanes e[3] = {edge[0] + X * perX_[0], edge[1] + X * perX_[1],
+                                    edge[2] + X * perX_[2]};
+                covered = _mm256_and_pd(covered, insideOf(e));
+                if (!bitsOf(covered))
+                    continue;
+            }
+            const Lanes depth = most(plane_ / (along + X * perX_[3]), nearest_);
+            covered = _mm256_and_pd(covered,
+                                    _mm256_and_pd(atLeast(depth, znear_), atLeast(zfar_, depth)));
+            changed += x + 4 <= width_ ? store(depth, covered, pixels + x)
+                                       : storeNearer(depth, bitsOf(covered), pixels + x);
+        }
         return changed;
     }
 
 private:
-    Lanes inside(const Lanes (&edge)[3], Lanes X) const {
-        const Lanes e[3] = {edge[0] + X * perX_[0], edge[1] + X * perX_[1], edge[2] + X * perX_[2]};
-        return insideOf(e);
+    /// Keeps the nearer of what four pixels see and of the triangle. Returns how many changed.
+    uint32_t store(Lanes depth, Lanes covered, uint64_t* pixels) const {
+        const __m256i bits = _mm256_cvtepu32_epi64(_mm_castps_si128(_mm256_cvtpd_ps(depth)));
+        const __m256i now = _mm256_or_si256(_mm256_slli_epi64(bits, 32),
+                                            _mm256_set1_epi64x(int64_t(seen_.triangle)));
+        __m256i* const at = reinterpret_cast<__m256i*>(pixels);
+        const __m256i before = _mm256_loadu_si256(at);
+        // Both are below 2^63, but for kNothingSeen, whose sign says so.
+        const Lanes isNearer = _mm256_and_pd(
+            covered, _mm256_castsi256_pd(_mm256_or_si256(_mm256_cmpgt_epi64(before, now), before)));
+        _mm256_storeu_si256(
+            at, _mm256_castpd_si256(_mm256_blendv_pd(_mm256_castsi256_pd(before),
+                                                     _mm256_castsi256_pd(now), isNearer)));
+        return uint32_t(std::popcount(bitsOf(isNearer)));
     }
-    uint32_t store(Lanes along, Lanes X, uint32_t covered, uint64_t* pixels) const {
-        const Lanes depth = most(plane_ / (along + X * perX_[3]), nearest_);
-        covered &= bitsOf(_mm256_and_pd(atLeast(depth, znear_), atLeast(zfar_, depth)));
-        return uint32_t(std::popcount(storeNearer(
+    uint32_t storeNearer(Lanes depth, uint32_t covered, uint64_t* pixels) const {
+        return uint32_t(std::popcount(avx2::storeNearer(
             depth, covered, [&](int lane) -> uint64_t& { return pixels[lane]; },
             [&](int) { return seen_.triangle; })));
     }
 
     const SeenTriangle& seen_;
     View<uint64_t> visibility_;
-    uint32_t width_;
+    int width_;
     Lanes znear_, zfar_, plane_, nearest_, start_, perY_, perX_[4];
 };
 

@@ -8,10 +8,8 @@
 #include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
 #include "hybrid/gbuffer/gbuffer_lanes.h"
-#include "scenes/batch_request.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <memory>
 #include <vector>
@@ -24,7 +22,34 @@ namespace {
 struct SeenBatch {
     float nearest; ///< no depth of its triangles, by SeenTriangle::depthAt, is less
     uint32_t batch;
+    PixelRect rect; ///< no pixel beyond it sees one of them
 };
+
+/// Returns the pixels that may see a box: one more than boundPixels would give its triangles.
+PixelRect pixelsOf(const Box& box, float nearest, const ViewRays& view) {
+    if (!(double(nearest) > view.znear))
+        return {0, 0, int(view.width) - 1, int(view.height) - 1};
+    double minX = 1e30, minY = 1e30, maxX = -1e30, maxY = -1e30;
+    for (int c = 0; c < 8; ++c) {
+        const glm::vec3 corner(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y,
+                               c & 4 ? box.max.z : box.min.z);
+        const glm::dvec3 p = glm::dvec3(corner) - view.origin;
+        const double perZ = 1.0 / glm::dot(p, view.forward);
+        const double x = glm::dot(p, view.right) * perZ, y = glm::dot(p, view.up) * perZ;
+        minX = std::min(minX, x);
+        maxX = std::max(maxX, x);
+        minY = std::min(minY, y);
+        maxY = std::max(maxY, y);
+    }
+    const double scale = 1.0 / view.pixelSize;
+    const auto pixel = [](double at, uint32_t count) {
+        return int(glm::clamp(at, 0.0, double(count - 1)));
+    };
+    return {pixel((minX - view.firstX) * scale - 1.0, view.width),
+            pixel((view.firstY - maxY) * scale - 1.0, view.height),
+            pixel((maxX - view.firstX) * scale + 1.0, view.width),
+            pixel((view.firstY - minY) * scale + 1.0, view.height)};
+}
 
 /// Returns the batches that may be seen, the nearest first: what they hide is then not written.
 std::vector<SeenBatch> seenBatches(const BatchesInView& work) {
@@ -41,8 +66,10 @@ std::vector<SeenBatch> seenBatches(const BatchesInView& work) {
             const glm::dvec3 largest = glm::abs(center) + half + glm::abs(work.view.origin);
             const double below =
                 nearest - 0x1p-40 * glm::max(largest.x, glm::max(largest.y, largest.z));
-            seen[b] = {mayBeSeen(box, work.view) ? float(below - 0x1p-20 * glm::abs(below)) : 3e38f,
-                       uint32_t(b)};
+            const auto nearestBelow = float(below - 0x1p-20 * glm::abs(below));
+            seen[b] = mayBeSeen(box, work.view) ? SeenBatch{nearestBelow, uint32_t(b),
+                                                            pixelsOf(box, nearestBelow, work.view)}
+                                                : SeenBatch{3e38f, uint32_t(b), {}};
         },
         256);
     std::erase_if(seen, [](const SeenBatch& batch) { return !(batch.nearest < 3e38f); });
@@ -59,23 +86,22 @@ using namespace avx2;
 /// Draws batches one by one: one for each thread, about 110 KB.
 class BatchDrawer {
 public:
-    BatchDrawer(const BatchesInView& work, const BatchVerticesView& vertices, TileDepths& tiles)
-        : work_(work), vertices_(vertices), tiles_(tiles) {}
+    BatchDrawer(const BatchesInView& work, const BatchVerticesView& vertices, const Band& band,
+                TileDepths& tiles)
+        : work_(work), vertices_(vertices), band_(band), tiles_(tiles) {}
 
     /// @param next the batch that is probably drawn next, whose data are requested, or this one
     void draw(uint32_t batchIndex, uint32_t next) {
         requestBatch(work_.batches, vertices_, work_.batchTriangles, next);
         const Batch& batch = work_.batches[batchIndex];
         const BatchCorners* const corners = &vertices_.corners[batch.first];
-        projectVertices(&vertices_.positions[vertices_.first[batchIndex]],
-                        vertices_.count(batchIndex), work_.view, seen_);
+        positions_ = &vertices_.positions[vertices_.first[batchIndex]];
+        projectVertices(positions_, vertices_.count(batchIndex), work_.view, seen_);
         uint32_t count = 0;
-        for (uint32_t first = 0; first < batch.count; first += 4) {
+        for (uint32_t first = 0; first < batch.count; first += 8) {
             uint32_t crossing;
-            const uint32_t found =
-                boundFour(seen_, corners, first, std::min(batch.count - first, 4u), work_.view,
-                          crossing, &bound_[count]);
-            count += found;
+            count += boundEight(seen_, corners, first, std::min(batch.count - first, 8u),
+                                work_.view, band_, crossing, &bound_[count]);
             for (; crossing; crossing &= crossing - 1)
                 drawCrossing(batch.first + first + uint32_t(std::countr_zero(crossing)));
         }
@@ -103,17 +129,21 @@ private:
             corners[i] = &vertices_.corners[inOrder];
             triangles[i] = work_.batchTriangles[inOrder];
         }
+        const FourCorners relative(positions_, corners, work_.view.origin);
         SeenTriangles t;
-        const uint32_t ready = ((1u << count) - 1u) & rectsOf(seen_, corners, work_.view, four) &
-                               setUpSeenLanes(seen_, corners, work_.view, t);
-        uint32_t tiny = 0;
+        uint32_t ready = ((1u << count) - 1u) &
+                         avx2::boundPixels(relative, work_.view, band_, four) &
+                         setUpSeenLanes(relative, work_.view, t);
+        uint32_t tiny = 0, empty = 0;
         for (uint32_t i = 0; i < 4; ++i) {
             const PixelRect& rect = four[i].rect;
+            empty |= uint32_t(rect.minY > rect.maxY) << i;
             tiny |= uint32_t(rect.maxX - rect.minX < kTinyPixels &&
                              rect.maxY - rect.minY < kTinyPixels &&
                              !work_.triangles.masks.isCut(triangles[i]))
                     << i;
         }
+        ready &= ~empty;
         tiny &= ready;
         if (tiny)
             coverTiny(t, four, triangles, tiny, work_.view, work_.visibility, tiles_);
@@ -149,70 +179,62 @@ private:
 
     void drawCrossing(uint32_t inOrder) {
         SeenTriangle seen;
-        if (setUpSeen(work_.triangles, work_.batchTriangles[inOrder], work_.view, seen))
+        if (!setUpSeen(work_.triangles, work_.batchTriangles[inOrder], work_.view, seen))
+            return;
+        seen.rect = band_.clip(seen.rect);
+        if (seen.rect.minY <= seen.rect.maxY)
             drawTriangle(seen);
     }
 
     BatchesInView work_;
     BatchVerticesView vertices_;
+    Band band_;
     TileDepths& tiles_;
-    SeenVertices seen_;
+    const glm::vec3* positions_ = nullptr; ///< of the batch
+    BatchVertices seen_;
     BoundTriangle bound_[kMaxBatchTriangleCount];
 };
 
-/// Returns whether nothing of a batch can be seen: at every pixel that may see its box, something
-/// nearer is.
-bool isBatchHidden(const BatchesInView& work, const SeenBatch& batch, TileDepths& tiles) {
-    const ViewRays& view = work.view;
-    if (!(double(batch.nearest) > view.znear))
-        return false;
-    const Box& box = work.batchBoxes[batch.batch];
-    double minX = 1e30, minY = 1e30, maxX = -1e30, maxY = -1e30;
-    for (int c = 0; c < 8; ++c) {
-        const glm::vec3 corner(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y,
-                               c & 4 ? box.max.z : box.min.z);
-        const glm::dvec3 p = glm::dvec3(corner) - view.origin;
-        const double perZ = 1.0 / glm::dot(p, view.forward);
-        const double x = glm::dot(p, view.right) * perZ, y = glm::dot(p, view.up) * perZ;
-        minX = std::min(minX, x);
-        maxX = std::max(maxX, x);
-        minY = std::min(minY, y);
-        maxY = std::max(maxY, y);
+/// Draws batches into a band of the picture, in order.
+void drawBand(const BatchesInView& work, const BatchVerticesView& vertices,
+              View<const SeenBatch> seen, const Band& band, TileDepths& tiles) {
+    std::vector<SeenBatch> inBand;
+    for (const SeenBatch& batch : seen)
+        if (batch.rect.maxY >= band.first && batch.rect.minY <= band.last)
+            inBand.push_back(batch);
+    const auto drawer = std::make_unique<BatchDrawer>(work, vertices, band, tiles);
+    for (size_t i = 0; i < inBand.size(); ++i) {
+        const SeenBatch& batch = inBand[i];
+        if (batch.batch % 8 == 7 && isMutant(Mutant::kSeenBatchLost))
+            continue;
+        const auto nearest = std::bit_cast<uint32_t>(batch.nearest);
+        const bool isHidden = double(batch.nearest) > work.view.znear &&
+                              tiles.isRectHidden(band.clip(batch.rect), nearest);
+        if (!isHidden)
+            drawer->draw(batch.batch, inBand[std::min(i + 1, inBand.size() - 1)].batch);
     }
-    const double scale = 1.0 / view.pixelSize;
-    const auto pixel = [](double at, uint32_t count) {
-        return int(glm::clamp(at, 0.0, double(count - 1)));
-    };
-    // A pixel more than boundPixels would give.
-    return tiles.isRectHidden({pixel((minX - view.firstX) * scale - 1.0, view.width),
-                               pixel((view.firstY - maxY) * scale - 1.0, view.height),
-                               pixel((maxX - view.firstX) * scale + 1.0, view.width),
-                               pixel((view.firstY - minY) * scale + 1.0, view.height)},
-                              std::bit_cast<uint32_t>(batch.nearest));
 }
 
+/// Draws batches in bands of the picture, each by one thread: what a pixel sees is then replaced
+/// without atomic operations, four pixels at once. Batches over several bands are bounded in each.
 void drawBatches(const BatchesInView& work, const BatchVerticesView& vertices,
                  const std::vector<SeenBatch>& seen) {
-    constexpr size_t kTaken = 4;    // batches at a time
-    constexpr size_t kRound = 4096; // batches between two polls
+    constexpr int kBandsPerThread = 4; // so that threads end together
+    constexpr int kLeastTiles = 2;     // rows of tiles of a band
+    constexpr int kSide = TileDepths::kSide;
+    const int height = int(work.view.height), tileRows = (height + kSide - 1) / kSide;
+    const int bands =
+        std::clamp(kBandsPerThread * threadCount(), 1, std::max(1, tileRows / kLeastTiles));
+    const int rows = (tileRows + bands - 1) / bands * kSide;
     TileDepths tiles(work.view, {work.visibility.data, work.visibility.count});
-    for (size_t begin = 0; begin < seen.size(); begin += kRound) {
-        const size_t end = std::min(begin + kRound, seen.size());
-        std::atomic<size_t> taken{begin};
+    for (size_t begin = 0; begin < seen.size(); begin += kBatchesBetweenPolls) {
+        const View<const SeenBatch> round{seen.data() + begin,
+                                          std::min(kBatchesBetweenPolls, seen.size() - begin)};
         parallelFor<CpuTag>(
-            size_t(threadCount()),
-            [&](size_t) {
-                const auto drawer = std::make_unique<BatchDrawer>(work, vertices, tiles);
-                for (size_t first; (first = taken.fetch_add(kTaken)) < end;) {
-                    const size_t last = std::min(first + kTaken, end) - 1;
-                    for (size_t i = first; i <= last; ++i) {
-                        const uint32_t batch = seen[i].batch;
-                        if (batch % 8 == 7 && isMutant(Mutant::kSeenBatchLost))
-                            continue;
-                        if (!isBatchHidden(work, seen[i], tiles))
-                            drawer->draw(batch, seen[std::min(i + 1, last)].batch);
-                    }
-                }
+            size_t((height + rows - 1) / rows),
+            [&](size_t band) {
+                const int first = int(band) * rows;
+                drawBand(work, vertices, round, {first, std::min(first + rows, height) - 1}, tiles);
             },
             1);
     }

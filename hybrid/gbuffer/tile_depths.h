@@ -7,18 +7,17 @@
 #include "hybrid/gbuffer/gbuffer_raster.h"
 
 #include <algorithm>
-#include <atomic>
 #include <vector>
 
 namespace shadowdag {
 
-/// Returns the bits of the depth that a pixel sees now, or saw before.
-inline uint32_t depthSeen(const uint64_t& pixel) {
-    return uint32_t(loadPast(&pixel) >> 32);
+/// Returns the bits of the depth that a pixel sees.
+inline uint32_t depthSeen(uint64_t pixel) {
+    return uint32_t(pixel >> 32);
 }
 
-/// An upper bound, by tile, of the depths that pixels see so far; shared by the threads that draw,
-/// on the CPU. Depths are bits of floats that are not negative.
+/// An upper bound, by tile, of the depths that pixels see so far, on the CPU. Each tile and its
+/// pixels are of one thread at a time. Depths are bits of floats that are not negative.
 class TileDepths {
 public:
     static constexpr int kSideLog2 = 3, kSide = 1 << kSideLog2; ///< pixels of a tile
@@ -29,18 +28,13 @@ public:
           tiles_(size_t(across_) * size_t((height_ + kSide - 1) >> kSideLog2)) {}
 
     /// Returns whether all pixels of the tile in column x and row y see something nearer than this
-    /// depth; may be false if they came to do so lately.
+    /// depth; may be false if few came to do so lately.
     bool isTileHidden(int x, int y, uint32_t depthBits) {
         SDAG_ASSERT(depthBits >> 31 == 0);
         Tile& tile = at(x, y);
-        if (tile.farthest.load(std::memory_order_relaxed) < depthBits)
-            return true;
-        if (tile.writtenCount.load(std::memory_order_relaxed) < kStale)
-            return false;
-        tile.writtenCount.store(0, std::memory_order_relaxed);
-        const uint32_t farthest = farthestIn(x, y);
-        tile.farthest.store(farthest, std::memory_order_relaxed);
-        return farthest < depthBits;
+        if (tile.farthest >= depthBits && tile.writtenCount >= kStale)
+            tile = {farthestIn(x, y), 0};
+        return tile.farthest < depthBits;
     }
     /// Returns whether they do in all tiles that a rectangle touches.
     bool isRectHidden(const PixelRect& rect, uint32_t depthBits) {
@@ -50,25 +44,18 @@ public:
                     return false;
         return true;
     }
-    /// Notes that about so many pixels of a tile now see something nearer than before.
-    void note(int x, int y, uint32_t count) {
-        Tile& tile = at(x, y); // threads may lose each other's count
-        tile.writtenCount.store(tile.writtenCount.load(std::memory_order_relaxed) + count,
-                                std::memory_order_relaxed);
-    }
+    /// Notes that so many pixels of a tile now see something nearer than before.
+    void note(int x, int y, uint32_t count) { at(x, y).writtenCount += count; }
     /// Notes that all pixels of a tile see something at this depth, or nearer.
     void lowerTo(int x, int y, uint32_t depthBits) {
         Tile& tile = at(x, y);
-        if (depthBits < tile.farthest.load(std::memory_order_relaxed))
-            tile.farthest.store(depthBits, std::memory_order_relaxed);
+        tile.farthest = std::min(tile.farthest, depthBits);
     }
 
 private:
-    // What a thread stores is true from then on, since pixels only come to see nearer things:
-    // another's may replace it. No ordering is needed: the pixels' minima alone are the result.
     struct Tile {
-        std::atomic<uint32_t> farthest = 0xffffffffu; ///< bits of a depth
-        std::atomic<uint32_t> writtenCount = 0;       ///< about, since `farthest` was found
+        uint32_t farthest = 0xffffffffu; ///< bits of a depth
+        uint32_t writtenCount = 0;       ///< since `farthest` was found
     };
     static constexpr uint32_t kStale = kSide * kSide / 2;
 

@@ -218,7 +218,7 @@ TEST(RasterizeLanes, BoundsInFloatsLoseNoTriangle) {
         PageFloors floors({copy.data(), copy.size()});
         FacePages pages(face.view, floors);
         pages.set(face.map, face.face);
-        const auto drawn = std::make_unique<avx2::FaceVertices>();
+        const auto drawn = std::make_unique<avx2::BatchVertices>();
         for (uint32_t b = 0; b < all.batches.count; ++b) {
             const Batch& batch = all.batches[b];
             avx2::projectVertices(&all.vertices.positions[all.vertices.first[b]],

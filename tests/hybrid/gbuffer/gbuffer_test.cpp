@@ -127,6 +127,42 @@ TEST(GBuffer, EdgeOnTrianglesInWidePicturesAreDrawnBitForBit) {
     EXPECT_GT(seenCount, 10000u);
 }
 
+// Corners far to the side of a wide view, or hardly in front of the camera, are projected least
+// exactly; far from the origin their differences to it are, too.
+TEST(GBuffer, WideViewsAreDrawnBitForBit) {
+    constexpr uint64_t kSeed = 20261131;
+    RecordProperty("seed", std::to_string(kSeed));
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    size_t seenCount = 0;
+    for (int run = 0; run < 24; ++run) {
+        SCOPED_TRACE(run);
+        Camera camera = frontCamera();
+        camera.yfov = run % 2 ? 3.09f : 2.0f;
+        camera.znear = std::exp2(-float(run));
+        const glm::vec3 far = run % 3 ? glm::vec3(0.0f) : glm::vec3(4099.3f, -513.7f, 8190.1f);
+        camera.positionWorld += far;
+        const glm::vec3 eye = camera.positionWorld;
+        TriangleSoup soup;
+        for (int i = 0; i < 500; ++i) {
+            // Anywhere around the eye, from 2^-12 to 2^8 m away, and of any size.
+            const float away = std::exp2(-2.0f + 10.0f * unit(random));
+            const auto point = [&] { return glm::vec3(unit(random), unit(random), unit(random)); };
+            const glm::vec3 centre = eye + away * point();
+            const float size = away * std::exp2(-4.0f + 4.0f * unit(random));
+            const glm::vec3 a = centre + size * point(), b = centre + size * point();
+            soup.add(a, b, centre + size * point());
+        }
+        const ViewRays view = makeViewRays(camera, 1921, 61);
+        const std::vector<uint64_t> bySlot =
+            drawSoup(soup, view, GBufferDraw::kBySlot).visibility.download();
+        EXPECT_EQ(drawSoup(soup, view).visibility.download(), bySlot);
+        seenCount += size_t(std::count_if(bySlot.begin(), bySlot.end(),
+                                          [](uint64_t seen) { return seen != kNothingSeen; }));
+    }
+    EXPECT_GT(seenCount, 100000u);
+}
+
 // The lanes of a row's end, pixels without a triangle, and planes through the eye included.
 TEST(GBuffer, SamplesInLanesAreThoseOneByOneBitForBit) {
     constexpr uint64_t kSeed = 20261130;
