@@ -30,10 +30,10 @@ public:
                                                          << x % 64;
     }
 
-    /// Returns whether test(x, page) holds for all pages [xFirst, xLast] of row y that have memory;
-    /// stops at the first for which it does not.
+    /// Calls test(x, page) for the pages [xFirst, xLast] of row y that have memory, as long as it
+    /// holds. Returns whether it held for all.
     template <class Test>
-    bool allPresent(int32_t y, int32_t xFirst, int32_t xLast, const Test& test) const {
+    bool forPresentWhile(int32_t y, int32_t xFirst, int32_t xLast, const Test& test) const {
         for (int32_t word = xFirst / 64; word <= xLast / 64; ++word) {
             uint64_t bits = present_[size_t(y * words_ + word)];
             if (word == xFirst / 64)

@@ -39,8 +39,8 @@ inline Floats3 roundedFromWorld(const float* first, const ShadowMapInfo& map, ui
 /// than 2^-21 of its width, and w by less than 2^-22 of itself: p - light is rounded once, as are
 /// 1/z, the quotient, and the three steps that make texels of it, by 2^-24 of at most the width.
 /// @param positions world space; may be read up to the next multiple of eight
-inline void projectVertices(const glm::vec3* positions, uint32_t count, const ShadowMapInfo& map,
-                            uint32_t face, BatchVertices& vertices) {
+inline void projectOnFace(const glm::vec3* positions, uint32_t count, const ShadowMapInfo& map,
+                          uint32_t face, BatchVertices& vertices) {
     const __m256 half = _mm256_set1_ps(0.5f * float(map.faceTexels)), one = _mm256_set1_ps(1.0f),
                  centre = _mm256_set1_ps(0.5f);
     const __m256 nearest = _mm256_set1_ps(float(nearDepth(map)) * (1.0f + 0x1p-20f)),
@@ -63,7 +63,7 @@ inline void projectVertices(const glm::vec3* positions, uint32_t count, const Sh
 }
 
 /// A triangle of a batch that may cover texels of a face.
-struct BoundedTriangle {
+struct TexelBounds {
     int32_t x0, y0, x1, y1; ///< no texel beyond these is covered
     uint32_t nearest;       ///< bits of a 1/z that no stored depth of it exceeds
     uint32_t inBatch;       ///< its number
@@ -89,8 +89,7 @@ inline uint32_t touchPages(const FacePages& pages, __m256i x0, __m256i y0, __m25
             none, reinterpret_cast<const int*>(pages.table), at, lanes, sizeof(uint32_t));
         const __m256i isMissing = _mm256_cmpeq_epi32(page, none); // kNoPage
         const __m256i least = _mm256_mask_i32gather_epi32(
-            _mm256_set1_epi32(0x7fffffff),
-            reinterpret_cast<const int*>(&pages.floors.data()->least), page,
+            _mm256_set1_epi32(0x7fffffff), reinterpret_cast<const int*>(pages.floors.data()), page,
             _mm256_andnot_si256(isMissing, lanes), sizeof(PageFloor));
         touched =
             _mm256_or_si256(touched, _mm256_and_si256(lanes, _mm256_cmpgt_epi32(nearest, least)));
@@ -112,10 +111,10 @@ static_assert(kNoPage == 0xffffffffu && offsetof(PageFloor, least) == 0);
 
 /// Bounds eight triangles of a batch from `inBatch` on. Writes those that may cover texels of pages
 /// with memory, as far as touchPages tells, to `bounded`, in order, and returns their number.
-/// @param vertices by projectVertices @param count of triangles, 1..8 @param bounded holds eight
-inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* corners,
-                           uint32_t inBatch, uint32_t count, const FacePages& pages,
-                           BoundedTriangle* bounded) {
+/// @param vertices by projectOnFace @param count of triangles, 1..8 @param bounded holds eight
+inline uint32_t boundTexelsOfEight(const BatchVertices& vertices, const BatchCorners* corners,
+                                   uint32_t inBatch, uint32_t count, const FacePages& pages,
+                                   TexelBounds* bounded) {
     const EightTriangles eight(vertices, corners, inBatch, count);
     const float n = float(pages.map->faceTexels);
     // Triangles near the light's plane, or across it, are bounded when they are set up.
@@ -159,7 +158,7 @@ inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* co
 
 /// Returns whether all texels of a small triangle's rectangle are known to be nearer; false for
 /// others.
-inline bool isHidden(const FacePages& pages, const BoundedTriangle& t) {
+inline bool isHidden(const FacePages& pages, const TexelBounds& t) {
     constexpr int32_t kFewTexels = 4;
     if (t.x1 - t.x0 >= kFewTexels || t.y1 - t.y0 >= kFewTexels)
         return false;

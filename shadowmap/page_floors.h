@@ -4,10 +4,14 @@
 
 #include "cuda/macros.h"
 #include "cuda/view.h"
-#include "scenes/double_lanes.h"
 
 #include <algorithm>
 #include <cstdint>
+
+#if defined(__AVX2__) && !defined(__CUDACC__)
+#define SDAG_PAGE_FLOOR_LANES 1
+#include <immintrin.h>
+#endif
 
 namespace shadowdag {
 
@@ -62,13 +66,13 @@ public:
 private:
     static uint32_t leastOf(const uint32_t* texels, int32_t side, int32_t columns, int32_t rows) {
         uint32_t least = 0xffffffffu;
-#if defined(SDAG_DOUBLE_LANES) // compilers do not find these
+#if defined(SDAG_PAGE_FLOOR_LANES) // GCC 12 does not vectorize the loop
         constexpr int32_t kEight = 8;
         __m256i lanes[2] = {_mm256_set1_epi32(-1), _mm256_set1_epi32(-1)};
 #endif
         for (int32_t y = 0; y < rows; ++y, texels += side) {
             int32_t x = 0;
-#if defined(SDAG_DOUBLE_LANES)
+#if defined(SDAG_PAGE_FLOOR_LANES)
             for (; x + 2 * kEight <= columns; x += 2 * kEight)
                 for (int32_t i = 0; i < 2; ++i)
                     lanes[i] = _mm256_min_epu32(
@@ -78,7 +82,7 @@ private:
             for (; x < columns; ++x)
                 least = std::min(least, texels[x]);
         }
-#if defined(SDAG_DOUBLE_LANES)
+#if defined(SDAG_PAGE_FLOOR_LANES)
         alignas(32) uint32_t of[kEight];
         _mm256_store_si256(reinterpret_cast<__m256i*>(of), _mm256_min_epu32(lanes[0], lanes[1]));
         least = std::min(least, *std::min_element(of, of + kEight));

@@ -46,7 +46,7 @@ void drawTriangle(const FacePages& pages, uint32_t triangle) {
 
 #if defined(SDAG_RASTERIZE_AVX2)
 
-/// Draws batches one by one into the face that `pages` are of: one for each thread, about 30 KB.
+/// Draws batches one by one into the face that `pages` are of: one for each thread, about 25 KB.
 class BatchDrawer {
 public:
     BatchDrawer(const FacePages& pages, const BatchVerticesView& vertices)
@@ -58,12 +58,12 @@ public:
         const Batch& batch = view_.batches[batchIndex];
         const BatchCorners* const corners = &vertices_.corners[batch.first];
         const glm::vec3* const positions = &vertices_.positions[vertices_.first[batchIndex]];
-        avx2::projectVertices(positions, vertices_.count(batchIndex), *pages_.map, pages_.face,
-                              seen_);
-        avx2::BoundedTriangle bounded[8];
+        avx2::projectOnFace(positions, vertices_.count(batchIndex), *pages_.map, pages_.face,
+                            seen_);
+        avx2::TexelBounds bounded[8];
         uint32_t four[4], filled = 0; // numbers in the batch
         for (uint32_t first = 0; first < batch.count; first += 8) {
-            const uint32_t count = avx2::boundEight(
+            const uint32_t count = avx2::boundTexelsOfEight(
                 seen_, corners, first, std::min(batch.count - first, 8u), pages_, bounded);
             for (uint32_t i = 0; i < count; ++i) {
                 if (avx2::isHidden(pages_, bounded[i]))
@@ -162,7 +162,7 @@ bool isHidden(const FacePages& pages, const FaceRect& rect) {
     const int32_t x0 = pageOf(rect.uMin, -1), x1 = pageOf(rect.uMax, 1);
     const int32_t y0 = pageOf(rect.vMin, -1), y1 = pageOf(rect.vMax, 1);
     for (int32_t y = y0; y <= y1; ++y) {
-        const bool isRowHidden = pages.allPresent(y, x0, x1, [&](int32_t x, uint32_t page) {
+        const bool isRowHidden = pages.forPresentWhile(y, x0, x1, [&](int32_t x, uint32_t page) {
             return pages.floors.refreshed(
                 page, bits, pages.view.depths.data + (size_t(page) << (2 * log2)), side,
                 std::min(side, n - x * side), std::min(side, n - y * side));
@@ -215,6 +215,7 @@ void rasterizeByFace(const RasterView& view, const BatchVerticesView& vertices,
                      View<PageFloor> pageFloors, const PagesToClear& toClear) {
     const size_t mapCount = view.maps.count;
     SDAG_ASSERT(drawStart.size() == mapCount + 1);
+    SDAG_ASSERT(vertices.first.count == view.batches.count + 1);
     // Longest first, so that no thread is left with a big one at the end.
     std::vector<uint32_t> order(mapCount);
     std::iota(order.begin(), order.end(), 0u);

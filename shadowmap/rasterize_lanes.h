@@ -347,10 +347,11 @@ public:
             const int32_t yFirst = glm::max(t_.y0, py * side_),
                           yLast = glm::min(t_.y1, py * side_ + side_ - 1);
             const Rows rows = rowsOf(yFirst, yLast);
-            pages_.allPresent(py, t_.x0 >> log2_, t_.x1 >> log2_, [&](int32_t px, uint32_t page) {
-                coverPage(page, px, py, yFirst, yLast, rows);
-                return true;
-            });
+            pages_.forPresentWhile(py, t_.x0 >> log2_, t_.x1 >> log2_,
+                                   [&](int32_t px, uint32_t page) {
+                                       coverPage(page, px, py, yFirst, yLast, rows);
+                                       return true;
+                                   });
         }
     }
 

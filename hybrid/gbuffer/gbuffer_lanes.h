@@ -27,39 +27,40 @@ struct Band {
     }
 };
 
-constexpr float kUnknown = -1.0f, kBehind = -2.0f; // see projectVertices
+constexpr float kUnknown = -1.0f, kBehind = -2.0f; // see projectOnPicture
 
 /// Sets `count` vertices of a batch as a view sees them: x and y in pixels; a depth that is not
 /// more than its own; and how far x and y may be off, kPixelMargin with it, or a negative number
-/// where they are of no use: kUnknown near the near plane, kBehind behind the camera.
+/// where they are of no use: kBehind behind the camera, kUnknown near the near plane or where they
+/// are off by too much.
 ///
-/// Rounding. p - origin is off by less than 2^-22 of itself, the origin as the sum of two floats;
-/// its products with unit vectors by less than e = 2^-20 (|px| + |py| + |pz|). So a quotient q by
-/// the depth z is off by less than 2 e / z (1 + |q|), and pixels by as much times their number at
-/// distance 1, and by the rounding of their own, 2^-22 of the picture's side.
+/// Rounding. p - origin is rounded once, by 2^-24 of itself, and its products with unit vectors by
+/// less than e = 2^-21 (|px| + |py| + |pz|) in all. So a quotient q by the depth z is off by less
+/// than 2 e / z (1 + |q|) where 2 e <= z, and pixels by as much times their number at distance 1,
+/// and by the rounding of their own, 2^-22 of the picture's side.
 /// @param positions world space; may be read up to the next multiple of eight
-inline void projectVertices(const glm::vec3* positions, uint32_t count, const ViewRays& view,
-                            BatchVertices& vertices) {
+/// @param view its origin is one of floats, as makeViewRays has it
+inline void projectOnPicture(const glm::vec3* positions, uint32_t count, const ViewRays& view,
+                             BatchVertices& vertices) {
+    SDAG_ASSERT(view.origin == glm::dvec3(glm::vec3(view.origin)));
     const auto all = [](double value) { return _mm256_set1_ps(float(value)); };
     const auto magnitude = [](__m256 v) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), v); };
     const auto plus = [](__m256 a, __m256 b) { return _mm256_add_ps(a, b); };
     const auto times = [](__m256 a, __m256 b) { return _mm256_mul_ps(a, b); };
     const auto minus = [](__m256 a, __m256 b) { return _mm256_sub_ps(a, b); };
-    __m256 origin[3], rest[3], right[3], up[3], forward[3];
+    __m256 origin[3], right[3], up[3], forward[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const auto rounded = float(view.origin[axis]);
-        origin[axis] = all(rounded);
-        rest[axis] = all(view.origin[axis] - double(rounded));
+        origin[axis] = all(view.origin[axis]);
         right[axis] = all(view.right[axis]);
         up[axis] = all(view.up[axis]);
         forward[axis] = all(view.forward[axis]);
     }
     const double scale = 1.0 / view.pixelSize;
-    const double size = glm::max(double(view.width), double(view.height));
+    const double side = glm::max(double(view.width), double(view.height));
     for (uint32_t v = 0; v < count; v += 8) {
         Floats3 p = eightVectors(&positions[v].x);
         for (int axis = 0; axis < 3; ++axis)
-            p.of[axis] = minus(minus(p.of[axis], origin[axis]), rest[axis]);
+            p.of[axis] = minus(p.of[axis], origin[axis]);
         const auto dot = [&](const __m256(&n)[3]) {
             return plus(plus(times(p.of[0], n[0]), times(p.of[1], n[1])), times(p.of[2], n[2]));
         };
@@ -68,24 +69,25 @@ inline void projectVertices(const glm::vec3* positions, uint32_t count, const Vi
         const __m256 error = times(
             plus(plus(magnitude(p.of[0]), magnitude(p.of[1])), magnitude(p.of[2])), all(0x1p-21));
         const __m256 depth = minus(z, error);
-        const __m256 side = plus(plus(all(1.0), magnitude(x)), magnitude(y));
-        const __m256 margin = plus(times(times(error, perZ), times(side, all(2.0 * scale))),
-                                   all(kPixelMargin + size * 0x1p-22));
-        // Beyond that a picture's pixels are floats with gaps, and nothing is certain.
+        const __m256 offAxis = plus(plus(all(1.0), magnitude(x)), magnitude(y));
+        const __m256 margin = plus(times(times(error, perZ), times(offAxis, all(2.0 * scale))),
+                                   all(kPixelMargin + side * 0x1p-22));
+        const auto isAtMost = [](__m256 a, __m256 b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); };
         const __m256 isUsable =
-            _mm256_and_ps(_mm256_cmp_ps(depth, all(view.znear * (1.0 + 0x1p-20)), _CMP_GE_OQ),
-                          _mm256_cmp_ps(margin, all(1e6), _CMP_LE_OQ));
-        __m256 rows[4] = {
-            times(minus(x, all(view.firstX)), all(scale)),
-            times(minus(all(view.firstY), y), all(scale)), depth,
-            _mm256_blendv_ps(_mm256_blendv_ps(all(kUnknown), all(kBehind), plus(z, error)), margin,
-                             isUsable)};
+            _mm256_and_ps(_mm256_and_ps(isAtMost(all(view.znear * (1.0 + 0x1p-20)), depth),
+                                        isAtMost(error, times(z, all(0.5)))),
+                          isAtMost(margin, all(1e6)));
+        const __m256 isBehind = _mm256_cmp_ps(plus(z, error), all(0.0), _CMP_LT_OQ);
+        __m256 rows[4] = {times(minus(x, all(view.firstX)), all(scale)),
+                          times(minus(all(view.firstY), y), all(scale)), depth,
+                          _mm256_blendv_ps(_mm256_blendv_ps(all(kUnknown), all(kBehind), isBehind),
+                                           margin, isUsable)};
         vertices.set(v, rows);
     }
 }
 
 /// A triangle of a batch that may have pixels.
-struct BoundTriangle {
+struct PixelBounds {
     PixelRect rect;   ///< holds that of boundPixels
     float nearest;    ///< not more than SeenTriangle::nearest
     uint32_t inBatch; ///< its number
@@ -94,10 +96,10 @@ struct BoundTriangle {
 /// Bounds eight triangles. Writes those that lie in front of the near plane and may have a pixel in
 /// the band to `bound`, and returns their number; those in `crossing` (bit i) may reach the near
 /// plane.
-/// @param vertices by projectVertices @param count of triangles, 1..8 @param bound holds eight
-inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* corners,
-                           uint32_t inBatch, uint32_t count, const ViewRays& view, const Band& band,
-                           uint32_t& crossing, BoundTriangle* bound) {
+/// @param vertices by projectOnPicture @param count of triangles, 1..8 @param bound holds eight
+inline uint32_t boundPixelsOfEight(const BatchVertices& vertices, const BatchCorners* corners,
+                                   uint32_t inBatch, uint32_t count, const ViewRays& view,
+                                   const Band& band, uint32_t& crossing, PixelBounds* bound) {
     const EightTriangles eight(vertices, corners, inBatch, count);
     const auto bitsOf = [](__m256 lanes) { return uint32_t(_mm256_movemask_ps(lanes)); };
     const uint32_t isWanted = (1u << count) - 1u, isUnknown = bitsOf(eight.least(3));
@@ -133,7 +135,7 @@ inline uint32_t boundEight(const BatchVertices& vertices, const BatchCorners* co
 struct SeenTriangles {
     Lanes start[4], perX[4], perY[4], plane;
 
-    SeenTriangle at(int lane, uint32_t triangle, const BoundTriangle& bound) const {
+    SeenTriangle at(int lane, uint32_t triangle, const PixelBounds& bound) const {
         SeenTriangle t;
         for (int k = 0; k < 4; ++k) {
             t.start[k] = start[k][lane];
@@ -167,7 +169,7 @@ struct FourCorners {
 /// Sets the rectangles of four triangles to those of boundPixels in a band, which may be empty
 /// there, and their nearest depths; returns the lanes (bits) that have a pixel of the picture.
 inline uint32_t boundPixels(const FourCorners& corners, const ViewRays& view, const Band& band,
-                            BoundTriangle* bound) {
+                            PixelBounds* bound) {
     const Lanes3 right = all(view.right), up = all(view.up), forward = all(view.forward);
     const Lanes scale = all(1.0 / view.pixelSize);
     Lanes x[3], y[3], z[3];
@@ -377,7 +379,7 @@ constexpr int kTinyPixels = 2;
 
 /// coverPixels of four triangles at once, of those lanes of `tiny` at most kTinyPixels across and
 /// high, without masks.
-inline void coverTiny(const SeenTriangles& seen, const BoundTriangle* bound,
+inline void coverTiny(const SeenTriangles& seen, const PixelBounds* bound,
                       const uint32_t* triangles, uint32_t tiny, const ViewRays& view,
                       View<uint64_t> visibility, TileDepths& tiles) {
     const auto each = [&](const auto& of) {

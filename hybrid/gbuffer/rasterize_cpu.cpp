@@ -83,7 +83,7 @@ std::vector<SeenBatch> seenBatches(const BatchesInView& work) {
 
 using namespace avx2;
 
-/// Draws batches one by one: one for each thread, about 110 KB.
+/// Draws batches one by one: one for each thread, about 37 KB.
 class BatchDrawer {
 public:
     BatchDrawer(const BatchesInView& work, const BatchVerticesView& vertices, const Band& band,
@@ -96,16 +96,16 @@ public:
         const Batch& batch = work_.batches[batchIndex];
         const BatchCorners* const corners = &vertices_.corners[batch.first];
         positions_ = &vertices_.positions[vertices_.first[batchIndex]];
-        projectVertices(positions_, vertices_.count(batchIndex), work_.view, seen_);
+        projectOnPicture(positions_, vertices_.count(batchIndex), work_.view, seen_);
         uint32_t count = 0;
         for (uint32_t first = 0; first < batch.count; first += 8) {
             uint32_t crossing;
-            count += boundEight(seen_, corners, first, std::min(batch.count - first, 8u),
-                                work_.view, band_, crossing, &bound_[count]);
+            count += boundPixelsOfEight(seen_, corners, first, std::min(batch.count - first, 8u),
+                                        work_.view, band_, crossing, &bound_[count]);
             for (; crossing; crossing &= crossing - 1)
                 drawCrossing(batch.first + first + uint32_t(std::countr_zero(crossing)));
         }
-        BoundTriangle four[4];
+        PixelBounds four[4];
         uint32_t filled = 0;
         for (uint32_t i = 0; i < count; ++i) {
             if (!isTriangleHidden(bound_[i]))
@@ -119,7 +119,7 @@ public:
 
 private:
     /// @param four those from `count` on, which may be anything, are written
-    void drawFour(const Batch& batch, BoundTriangle* four, uint32_t count) {
+    void drawFour(const Batch& batch, PixelBounds* four, uint32_t count) {
         const BatchCorners* corners[4];
         uint32_t triangles[4];
         for (uint32_t i = 0; i < 4; ++i) {
@@ -155,7 +155,7 @@ private:
 
     /// Returns whether all pixels of a triangle's rectangle see something nearer, as far as that is
     /// found quickly.
-    bool isTriangleHidden(const BoundTriangle& triangle) {
+    bool isTriangleHidden(const PixelBounds& triangle) {
         constexpr int kFewPixels = 4;
         const PixelRect& rect = triangle.rect;
         const auto nearest = std::bit_cast<uint32_t>(triangle.nearest);
@@ -192,7 +192,7 @@ private:
     TileDepths& tiles_;
     const glm::vec3* positions_ = nullptr; ///< of the batch
     BatchVertices seen_;
-    BoundTriangle bound_[kMaxBatchTriangleCount];
+    PixelBounds bound_[kMaxBatchTriangleCount];
 };
 
 /// Draws batches into a band of the picture, in order.
@@ -218,7 +218,7 @@ void drawBand(const BatchesInView& work, const BatchVerticesView& vertices,
 /// Draws batches in bands of the picture, each by one thread: what a pixel sees is then replaced
 /// without atomic operations, four pixels at once. Batches over several bands are bounded in each.
 void drawBatches(const BatchesInView& work, const BatchVerticesView& vertices,
-                 const std::vector<SeenBatch>& seen) {
+                 const std::vector<SeenBatch>& seen, size_t batchesPerRound) {
     constexpr int kBandsPerThread = 4; // so that threads end together
     constexpr int kLeastTiles = 2;     // rows of tiles of a band
     constexpr int kSide = TileDepths::kSide;
@@ -227,9 +227,9 @@ void drawBatches(const BatchesInView& work, const BatchVerticesView& vertices,
         std::clamp(kBandsPerThread * threadCount(), 1, std::max(1, tileRows / kLeastTiles));
     const int rows = (tileRows + bands - 1) / bands * kSide;
     TileDepths tiles(work.view, {work.visibility.data, work.visibility.count});
-    for (size_t begin = 0; begin < seen.size(); begin += kBatchesBetweenPolls) {
+    for (size_t begin = 0; begin < seen.size(); begin += batchesPerRound) {
         const View<const SeenBatch> round{seen.data() + begin,
-                                          std::min(kBatchesBetweenPolls, seen.size() - begin)};
+                                          std::min(batchesPerRound, seen.size() - begin)};
         parallelFor<CpuTag>(
             size_t((height + rows - 1) / rows),
             [&](size_t band) {
@@ -243,7 +243,7 @@ void drawBatches(const BatchesInView& work, const BatchVerticesView& vertices,
 #else
 
 void drawBatches(const BatchesInView& work, const BatchVerticesView&,
-                 const std::vector<SeenBatch>& seen) {
+                 const std::vector<SeenBatch>& seen, size_t) {
     parallelFor<CpuTag>(
         seen.size(),
         [&](size_t i) {
@@ -259,9 +259,10 @@ void drawBatches(const BatchesInView& work, const BatchVerticesView&,
 
 } // namespace
 
-void rasterizeFrontToBack(const BatchesInView& work, const BatchVerticesView& vertices) {
+void rasterizeFrontToBack(const BatchesInView& work, const BatchVerticesView& vertices,
+                          size_t batchesPerRound) {
     SDAG_ASSERT(vertices.first.count == work.batches.count + 1);
-    drawBatches(work, vertices, seenBatches(work));
+    drawBatches(work, vertices, seenBatches(work), batchesPerRound);
 }
 
 } // namespace shadowdag

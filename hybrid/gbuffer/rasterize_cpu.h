@@ -5,11 +5,12 @@
 
 namespace shadowdag {
 
-constexpr size_t kBatchesBetweenPolls = 32768;
-
 /// Draws the batches that may be seen into the visibility buffer, on the CPU: the bits of drawing
-/// by slot. A poll for a cancelled frame comes after every kBatchesBetweenPolls batches.
+/// by slot. A frame that is cancelled ends before the next band of the picture.
 /// @param vertices of the same batches
-void rasterizeFrontToBack(const BatchesInView& work, const BatchVerticesView& vertices);
+/// @param batchesPerRound every band draws so many before the first draws more: cancelling waits
+/// for these
+void rasterizeFrontToBack(const BatchesInView& work, const BatchVerticesView& vertices,
+                          size_t batchesPerRound = 32768);
 
 } // namespace shadowdag

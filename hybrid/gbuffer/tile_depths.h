@@ -44,7 +44,7 @@ public:
                     return false;
         return true;
     }
-    /// Notes that so many pixels of a tile now see something nearer than before.
+    /// Notes that about so many pixels of a tile now see something nearer than before.
     void note(int x, int y, uint32_t count) { at(x, y).writtenCount += count; }
     /// Notes that all pixels of a tile see something at this depth, or nearer.
     void lowerTo(int x, int y, uint32_t depthBits) {
@@ -55,7 +55,7 @@ public:
 private:
     struct Tile {
         uint32_t farthest = 0xffffffffu; ///< bits of a depth
-        uint32_t writtenCount = 0;       ///< since `farthest` was found
+        uint32_t writtenCount = 0;       ///< about, since `farthest` was found
     };
     static constexpr uint32_t kStale = kSide * kSide / 2;
 

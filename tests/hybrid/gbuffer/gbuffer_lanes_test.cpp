@@ -58,15 +58,15 @@ TEST(GBufferLanes, BoundsInFloatsHoldThoseInDoubles) {
         const auto vertices = std::make_unique<avx2::BatchVertices>();
         for (uint32_t b = 0; b < batches.batches.count; ++b) {
             const Batch& batch = batches.batches[b];
-            avx2::projectVertices(&batches.vertices.positions[batches.vertices.first[b]],
-                                  batches.vertices.count(b), view, *vertices);
+            avx2::projectOnPicture(&batches.vertices.positions[batches.vertices.first[b]],
+                                   batches.vertices.count(b), view, *vertices);
             for (uint32_t first = 0; first < batch.count; first += 8) {
-                avx2::BoundTriangle bound[8];
+                avx2::PixelBounds bound[8];
                 uint32_t crossing;
                 const uint32_t wanted = std::min(batch.count - first, 8u);
                 const uint32_t count =
-                    avx2::boundEight(*vertices, &batches.vertices.corners[batch.first], first,
-                                     wanted, view, band, crossing, bound);
+                    avx2::boundPixelsOfEight(*vertices, &batches.vertices.corners[batch.first],
+                                             first, wanted, view, band, crossing, bound);
                 ASSERT_EQ(crossing >> wanted, 0u);
                 uint32_t next = 0;
                 for (uint32_t i = 0; i < wanted; ++i) {
@@ -85,7 +85,7 @@ TEST(GBufferLanes, BoundsInFloatsHoldThoseInDoubles) {
                     dropped += !isBound && !isCrossing;
                     if (isSeen && !isCrossing) {
                         ASSERT_TRUE(isBound) << trial << " triangle " << first + i;
-                        const avx2::BoundTriangle& t = bound[next];
+                        const avx2::PixelBounds& t = bound[next];
                         ASSERT_LE(t.rect.minX, seen.rect.minX) << trial;
                         ASSERT_LE(t.rect.minY, seen.rect.minY) << trial;
                         ASSERT_GE(t.rect.maxX, seen.rect.maxX) << trial;

@@ -61,8 +61,8 @@ Cast castRay(const TriangleSoup& soup, const ViewRays& view, uint32_t x, uint32_
 // Small triangles one by one, large ones tile by tile, if there is room on the list.
 TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
     for (uint64_t seed = 1; seed <= 4; ++seed)
-        for (const glm::uvec2 size :
-             {glm::uvec2(333, 187), glm::uvec2(64, 32), glm::uvec2(7, 3), glm::uvec2(4099, 9)})
+        for (const glm::uvec2 size : {glm::uvec2(333, 187), glm::uvec2(64, 32), glm::uvec2(7, 3),
+                                      glm::uvec2(4099, 9), glm::uvec2(3, 2)})
             for (const size_t room : {size_t(0), size_t(1), GBuffer::kLargeTriangles}) {
                 SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << size.x << " x "
                                                 << size.y << ", room for " << room);
@@ -422,7 +422,7 @@ TEST(GBuffer, BatchesBehindAWallAreDrawnWhereTheyAreSeen) {
     }
 }
 
-// All threads draw into one buffer, and what each leaves out depends on the others.
+// How many bands there are, and so what each leaves out, depends on the number of threads.
 TEST(GBuffer, IsTheSameForAnyNumberOfThreads) {
     const TriangleSoup soup = randomSoup(11, 3000);
     const ViewRays view = makeViewRays(frontCamera(), 200, 150);
@@ -434,6 +434,23 @@ TEST(GBuffer, IsTheSameForAnyNumberOfThreads) {
         EXPECT_EQ(drawSoup(soup, view).visibility.download(), bySlot) << threads << " threads";
     }
     setThreadCount(0);
+}
+
+// What bands drew before hides what they draw in the next round.
+TEST(GBuffer, IsTheSameForAnyNumberOfBatchesInARound) {
+    const TriangleSoup soup = randomSoup(12, 3000);
+    const ViewRays view = makeViewRays(frontCamera(), 200, 150);
+    const std::vector<uint64_t> bySlot =
+        drawSoup(soup, view, GBufferDraw::kBySlot).visibility.download();
+    const BatchSet set(soup.view(), std::vector<uint32_t>(soup.triangles.size(), 0u));
+    const BatchView batches = set.view();
+    for (const size_t batchesPerRound : {size_t(1), size_t(3), batches.batches.count}) {
+        std::vector<uint64_t> seen(bySlot.size(), kNothingSeen);
+        rasterizeFrontToBack({soup.view(), batches.batches, batches.boxesWorld, batches.triangles,
+                              view, viewOf(seen)},
+                             batches.vertices, batchesPerRound);
+        EXPECT_EQ(seen, bySlot) << batchesPerRound << " batches a round";
+    }
 }
 
 TEST(ViewRays, RefuseInvalidImagesAndCameras) {
