@@ -28,6 +28,15 @@ inline void requestBatch(View<const Batch> batches, const BatchVerticesView& ver
     request(batchTriangles.data + batch.first, batch.count);
 }
 
+/// Returns corner `corner` of four triangles of a batch, in world space.
+/// @param positions of the batch @param four their corners
+inline Lanes3 cornersOfFour(const glm::vec3* positions, const BatchCorners* const* four,
+                            int corner) {
+    const auto vertex = [&](int lane) { return &positions[four[lane]->of[corner]].x; };
+    const float* const vectors[4] = {vertex(0), vertex(1), vertex(2), vertex(3)};
+    return fourVectors(vectors);
+}
+
 /// Eight vectors of three floats, by coordinate.
 struct Floats3 {
     __m256 of[3];

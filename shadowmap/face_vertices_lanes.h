@@ -159,34 +159,30 @@ inline uint32_t boundTexelsOfEight(const BatchVertices& vertices, const BatchCor
 /// Returns whether all texels of a small triangle's rectangle are known to be nearer; false for
 /// others.
 inline bool isHidden(const FacePages& pages, const TexelBounds& t) {
-    constexpr int32_t kFewTexels = 4;
-    if (t.x1 - t.x0 >= kFewTexels || t.y1 - t.y0 >= kFewTexels)
+    if (t.x1 - t.x0 >= kNarrowTexels || t.y1 - t.y0 >= kNarrowTexels)
         return false;
     const RasterView& view = pages.view;
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
-    const __m128i nearest = _mm_set1_epi32(int32_t(t.nearest)), before = _mm_set1_epi32(t.x0 - 1),
-                  after = _mm_set1_epi32(t.x1 + 1);
+    // Bits of positive floats order as integers.
+    const __m128i nearest = _mm_set1_epi32(int32_t(t.nearest));
     for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py)
         for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
             const uint32_t page = pages.table[py * pages.across + px];
             if (page == kNoPage)
                 continue;
-            // Four columns that do not leave the page; bits of positive floats order as integers.
-            const int32_t base = std::min(std::max(t.x0, px * side), px * side + side - 4);
-            const __m128i column = _mm_add_epi32(_mm_set1_epi32(base), _mm_setr_epi32(0, 1, 2, 3));
-            const __m128i isIn =
-                _mm_and_si128(_mm_cmpgt_epi32(column, before), _mm_cmpgt_epi32(after, column));
+            const FourColumns columns(px, side, t.x0, t.x1);
             const int32_t top = std::max(t.y0, py * side),
                           bottom = std::min(t.y1, py * side + side - 1);
             const uint32_t* row = view.depths.data + (size_t(page) << (2 * log2)) +
-                                  (size_t(top - py * side) << log2) + size_t(base - px * side);
+                                  (size_t(top - py * side) << log2) +
+                                  size_t(columns.first - px * side);
             __m128i isNearer = _mm_setzero_si128();
             for (int32_t y = top; y <= bottom; ++y, row += side)
                 isNearer = _mm_or_si128(
                     isNearer, _mm_cmpgt_epi32(
                                   nearest, _mm_loadu_si128(reinterpret_cast<const __m128i*>(row))));
-            if (!_mm_testz_si128(isNearer, isIn))
+            if (!_mm_testz_si128(isNearer, columns.isIn))
                 return false;
         }
     return true;

@@ -91,10 +91,8 @@ private:
             triangles[lane] = view_.batchTriangles[inOrder];
         }
         const auto corner = [&](int c) {
-            const float* const vertex[4] = {
-                &positions[corners[0]->of[c]].x, &positions[corners[1]->of[c]].x,
-                &positions[corners[2]->of[c]].x, &positions[corners[3]->of[c]].x};
-            return avx2::faceFromWorld(avx2::fourVectors(vertex), *pages_.map, pages_.face);
+            return avx2::faceFromWorld(avx2::cornersOfFour(positions, corners, c), *pages_.map,
+                                       pages_.face);
         };
         FaceTriangle t[4];
         uint32_t crossing;

@@ -285,6 +285,20 @@ inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_
     }
 }
 
+/// Four columns of a page, of which a triangle that is no wider has some.
+struct FourColumns {
+    int32_t first; ///< of the face
+    __m128i isIn;  ///< the triangle's
+
+    /// @param px the page's place in its row @param x0,x1 the triangle's columns, at most four
+    FourColumns(int32_t px, int32_t side, int32_t x0, int32_t x1)
+        : first(glm::min(glm::max(x0, px * side), px * side + side - 4)) {
+        const __m128i column = _mm_add_epi32(_mm_set1_epi32(first), _mm_setr_epi32(0, 1, 2, 3));
+        isIn = _mm_and_si128(_mm_cmpgt_epi32(column, _mm_set1_epi32(x0 - 1)),
+                             _mm_cmpgt_epi32(_mm_set1_epi32(x1 + 1), column));
+    }
+};
+
 /// Draws a triangle at most four columns wide, a row at a time.
 inline void coverNarrow(const FacePages& pages, const FaceTriangle& t) {
     const RasterView& view = pages.view;
@@ -294,12 +308,8 @@ inline void coverNarrow(const FacePages& pages, const FaceTriangle& t) {
     const Lanes ey = _mm256_loadu_pd(t.ey), e0 = _mm256_loadu_pd(t.e0);
     const __m128 wMin = _mm_set1_ps(t.wMin), wMax = _mm_set1_ps(t.wMax);
     for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
-        // Four columns that do not leave the page.
-        const int32_t base = glm::min(glm::max(t.x0, px * side), px * side + side - 4);
-        const __m128i column = _mm_add_epi32(_mm_set1_epi32(base), _mm_setr_epi32(0, 1, 2, 3));
-        const __m128i inBounds = _mm_and_si128(_mm_cmpgt_epi32(column, _mm_set1_epi32(t.x0 - 1)),
-                                               _mm_cmpgt_epi32(_mm_set1_epi32(t.x1 + 1), column));
-        const Lanes X = all(double(2 * base + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
+        const FourColumns columns(px, side, t.x0, t.x1);
+        const Lanes X = all(double(2 * columns.first + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
         const Lanes x0 = all(t.ex[0]) * X, x1 = all(t.ex[1]) * X, x2 = all(t.ex[2]) * X,
                     xw = all(t.wx()) * X;
         for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
@@ -310,7 +320,7 @@ inline void coverNarrow(const FacePages& pages, const FaceTriangle& t) {
             int32_t y = glm::max(t.y0, py * side);
             pages.floors.noteRows(page, yLast - y + 1);
             uint32_t* row = view.depths.data + (size_t(page) << (2 * log2)) +
-                            (size_t(y - py * side) << log2) + size_t(base - px * side);
+                            (size_t(y - py * side) << log2) + size_t(columns.first - px * side);
             for (; y <= yLast; ++y, row += side) {
                 const Lanes r = ey * all(double(2 * y + 1 - n)) + e0;
                 const Lanes inside = _mm256_and_pd(
@@ -323,7 +333,7 @@ inline void coverNarrow(const FacePages& pages, const FaceTriangle& t) {
                 const __m128 isInside =
                     _mm_shuffle_ps(_mm_castpd_ps(_mm256_castpd256_pd128(inside)),
                                    _mm_castpd_ps(_mm256_extractf128_pd(inside, 1)), 0x88);
-                const __m128i mask = _mm_and_si128(inBounds, _mm_castps_si128(isInside));
+                const __m128i mask = _mm_and_si128(columns.isIn, _mm_castps_si128(isInside));
                 __m128i* const stored = reinterpret_cast<__m128i*>(row);
                 _mm_storeu_si128(stored,
                                  _mm_max_epu32(_mm_loadu_si128(stored),

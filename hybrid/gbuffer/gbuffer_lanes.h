@@ -157,12 +157,8 @@ struct FourCorners {
     /// @param positions of the batch, world space
     FourCorners(const glm::vec3* positions, const BatchCorners* const* four,
                 const glm::dvec3& origin) {
-        for (int i = 0; i < 3; ++i) {
-            const float* const vertex[4] = {
-                &positions[four[0]->of[i]].x, &positions[four[1]->of[i]].x,
-                &positions[four[2]->of[i]].x, &positions[four[3]->of[i]].x};
-            of[i] = difference(fourVectors(vertex), all(origin));
-        }
+        for (int i = 0; i < 3; ++i)
+            of[i] = difference(cornersOfFour(positions, four, i), all(origin));
     }
 };
 
