@@ -94,6 +94,19 @@ public:
         }
         count_ = count;
     }
+    /// Makes the buffer hold at least `count` elements and keeps those that it holds; elements that
+    /// are added are uninitialised. Takes memory for exactly `count` where it has too little, and
+    /// holds both arrays while it copies. Throws like resize().
+    void growKeeping(size_t count) {
+        if (count > capacity_) {
+            if (count_ == 0)
+                release();
+            Buffer grown(backend_, name_, count);
+            detail::copyBytes(backend_, grown.data_, backend_, data_, count_ * sizeof(T));
+            *this = std::move(grown);
+        }
+        count_ = count > count_ ? count : count_;
+    }
     /// Sets every byte of the elements.
     void fill(int byteValue) { detail::fillBytes(backend_, data_, byteValue, count_ * sizeof(T)); }
     /// Resizes to the host vector and copies it here.

@@ -15,16 +15,6 @@
 namespace shadowdag {
 namespace {
 
-/// Grows a buffer to at least `count` elements and keeps its content.
-template <class T> void growKeeping(Buffer<T>& buffer, size_t count) {
-    if (count <= buffer.size())
-        return;
-    Buffer<T> grown(buffer.backend(), buffer.name(), count);
-    detail::copyBytes(buffer.backend(), grown.view().data, buffer.backend(), buffer.view().data,
-                      buffer.bytes());
-    buffer = std::move(grown);
-}
-
 template <class T> void zero(Buffer<T>& buffer, size_t count) {
     buffer.resize(count);
     buffer.fill(0);
@@ -91,7 +81,8 @@ void PageCache::forget() {
     drawnCells_.resize(0);
     drawnDepths_.resize(0);
     batchBoxes_.clear();
-    pageStamps_.resize(0); // the pool is created again
+    for (Buffer<uint32_t>* ofPool : {&pool_, &pageStamps_, &pageEntries_, &pageKeys_})
+        ofPool->resize(0); // their memory stays
     now_ = 0;
 }
 
@@ -229,8 +220,8 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
 
 void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> needed) {
     const size_t slotCount = isSlotUsed_.size();
-    growKeeping(drawnCells_, slotCount * kCellsPerMap);
-    growKeeping(drawnDepths_, slotCount * kFaceCount);
+    drawnCells_.growKeeping(slotCount * kCellsPerMap);
+    drawnDepths_.growKeeping(slotCount * kFaceCount);
     freshSlots_.upload(freshSlotsHost_);
     runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
     if (!isTableSame_)
@@ -286,14 +277,12 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                 glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
             if (roomy > poolPages) {
                 if (!drawer_)
-                    growKeeping(pool_, roomy * pageTexels());
-                growKeeping(pageStamps_, roomy);
-                growKeeping(pageEntries_, roomy);
-                Buffer<uint32_t> keys(backend_, pageKeys_.name(), roomy);
-                keys.fill(0);
-                detail::copyBytes(backend_, keys.view().data, backend_, pageKeys_.view().data,
-                                  pageKeys_.bytes());
-                pageKeys_ = std::move(keys);
+                    pool_.growKeeping(roomy * pageTexels());
+                pageStamps_.growKeeping(roomy);
+                pageEntries_.growKeeping(roomy);
+                pageKeys_.growKeeping(roomy);
+                detail::fillBytes(backend_, pageKeys_.view().data + poolPages, 0,
+                                  (roomy - poolPages) * sizeof(uint32_t));
             }
             if (isCountPending_ || (fresh && held)) {
                 order_.resize(pageKeys_.size());

@@ -42,6 +42,30 @@ TEST_P(BufferOn, FillSetsEveryByte) {
     EXPECT_EQ(buffer.download(), std::vector<uint32_t>(77, ~0u));
 }
 
+TEST_P(BufferOn, GrowKeepingKeepsElementsAndUsesTheMemoryThatIsThere) {
+    const std::string name = "test/grow keeping";
+    const auto allocations = [&] { return entryOf(name, GetParam()).allocationCount; };
+    Buffer<uint32_t> buffer(GetParam(), name);
+    buffer.upload({3, 1, 4});
+    const uint64_t before = allocations();
+    buffer.growKeeping(1000);
+    EXPECT_EQ(allocations(), before + 1);
+    EXPECT_EQ(entryOf(name, GetParam()).bytes, 4000u); // exactly, and the old array is gone
+    ASSERT_EQ(buffer.size(), 1000u);
+    for (const size_t i : {0, 1, 2})
+        EXPECT_EQ(buffer.at(i), std::vector<uint32_t>({3, 1, 4})[i]);
+    buffer.growKeeping(2); // never shrinks
+    EXPECT_EQ(buffer.size(), 1000u);
+    buffer.resize(2);
+    buffer.growKeeping(1000);
+    EXPECT_EQ(buffer.at(1), 1u);
+    EXPECT_EQ(allocations(), before + 1);
+    buffer.resize(0);
+    buffer.growKeeping(2000); // nothing to keep: never both arrays at once
+    EXPECT_EQ(entryOf(name, GetParam()).peakBytes, 8000u);
+    EXPECT_EQ(entryOf(name, GetParam()).bytes, 8000u);
+}
+
 TEST_P(BufferOn, FillAllSetsEveryByteOfEveryArray) {
     Buffer<uint32_t> zeros(GetParam(), "test/zeros"), none(GetParam(), "test/none", 0),
         ones(GetParam(), "test/ones", 70'000);

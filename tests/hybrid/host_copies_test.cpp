@@ -104,19 +104,22 @@ TEST_P(HostCopiesOn, AreFiveMoreForFourListsWithReadLengths) {
     EXPECT_EQ(readbackCount[false], readbackCount[true] + 5);
 }
 
-class FrameMemoryOn : public OnBackend {};
+class FrameMemoryOn : public OnBackend {
+protected:
+    /// Returns how often the program has taken memory for buffers.
+    static uint64_t allocations() {
+        uint64_t count = 0;
+        for (const LedgerEntry& entry : bufferLedger())
+            count += entry.allocationCount;
+        return count;
+    }
+};
 
 // Memory is taken while lists grow, and never again for frames that need no more.
 TEST_P(FrameMemoryOn, DoesNotGrowForFramesOfTheSameSize) {
     const Scene scene = blockerScene(kManyLights, true);
     const World world(scene, {});
     const Dag dag = dagOf(world, 8);
-    const auto allocations = [] {
-        uint64_t count = 0;
-        for (const LedgerEntry& entry : bufferLedger())
-            count += entry.allocationCount;
-        return count;
-    };
     for (const char* model : {"texels:inf", "texels:0", "texels:48", "expr:pairs + pages < 900"})
         for (const bool isGuessing : {false, true}) {
             FrameRenderer renderer(GetParam(), world, dag);
@@ -131,6 +134,21 @@ TEST_P(FrameMemoryOn, DoesNotGrowForFramesOfTheSameSize) {
             EXPECT_EQ(counts[3], counts[2]) << model << ", guessing " << isGuessing;
             EXPECT_EQ(counts[5], counts[3]) << model << ", guessing " << isGuessing;
         }
+}
+
+// A frame without maps forgets those that were kept; the next ones are drawn into the same memory.
+TEST_P(FrameMemoryOn, StaysOverFramesThatDrawNoMaps) {
+    const Scene scene = blockerScene(kManyLights, true);
+    const World world(scene, {});
+    const Dag dag = dagOf(world, 8);
+    FrameRenderer renderer(GetParam(), world, dag);
+    uint64_t counts[8];
+    for (size_t i = 0; i < std::size(counts); ++i) {
+        renderer.render(roomCamera(), *makeCostModel(i % 2 == 0 ? "texels:0" : "texels:inf"),
+                        smallFrame());
+        counts[i] = allocations();
+    }
+    EXPECT_EQ(counts[7], counts[3]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, FrameMemoryOn, kBothBackends, backendSuffix);
