@@ -100,6 +100,10 @@ struct Avx2Lanes {
     static Ints gatherInts(const uint32_t* base, Ints index) {
         return _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), index, 4);
     }
+    /// Returns 1 << by of every lane. @param by 0..31
+    static Ints bitOf(Ints by) { return _mm256_sllv_epi32(splatInt(1), by); }
+    /// Returns base[index] of words that other threads may set bits of meanwhile.
+    static Ints gatherShared(const uint32_t* base, Ints index) { return gatherInts(base, index); }
     /// Asks the caches for base[index] of every lane.
     static void prefetch(const uint32_t* base, Ints index) {
         alignas(32) int32_t at[kWidth];

@@ -147,6 +147,16 @@ struct PortableLanes {
     static Ints gatherInts(const uint32_t* base, const Ints& index) {
         return eachInt([&](uint32_t i) { return int32_t(base[index.at[i]]); });
     }
+    /// Returns 1 << by of every lane. @param by 0..31
+    static Ints bitOf(const Ints& by) {
+        return eachInt([&](uint32_t i) { return int32_t(1u << by.at[i]); });
+    }
+    /// Returns base[index] of words that other threads may set bits of meanwhile.
+    static Ints gatherShared(const uint32_t* base, const Ints& index) {
+        return eachInt([&](uint32_t i) {
+            return int32_t(__atomic_load_n(base + index.at[i], __ATOMIC_RELAXED));
+        });
+    }
     /// Asks the caches for base[index] of every lane.
     static void prefetch(const uint32_t* base, const Ints& index) {
         for (const int32_t i : index.at)

@@ -8,46 +8,85 @@
 namespace shadowdag::stream {
 namespace {
 
-/// Marks the pages of `lanes`. @param entry of each lane's page, from the map's first on
-template <class V>
-void markEntries(const LookupWork& work, uint32_t lanes, const typename V::Ints& entry) {
-    if (lanes == 0)
-        return;
-    alignas(64) int32_t entries[V::kWidth];
-    V::storeInts(entries, entry);
-    while (lanes != 0) { // neighbours mostly share a page
-        const auto first = uint32_t(entries[__builtin_ctz(lanes)]);
-        uint32_t* word = work.pages + first / 32;
-        const uint32_t bit = 1u << first % 32;
-        if ((__atomic_load_n(word, __ATOMIC_RELAXED) & bit) == 0)
-            __atomic_fetch_or(word, bit, __ATOMIC_RELAXED);
-        lanes &= ~uint32_t(V::equalInts(entry, V::splatInt(int32_t(first))));
-    }
+/// Marks the page of an entry, from the map's first on.
+inline void markEntry(const LookupWork& work, uint32_t entry) {
+    uint32_t* word = work.pages + entry / 32;
+    const uint32_t bit = 1u << entry % 32;
+    if ((__atomic_load_n(word, __ATOMIC_RELAXED) & bit) == 0)
+        __atomic_fetch_or(word, bit, __ATOMIC_RELAXED);
 }
+
+/// The pages of one vector's filters.
+template <class V> struct FilterPages {
+    using I = typename V::Ints;
+    using M = typename V::Mask;
+
+    I entry;        ///< of the filter's first page
+    M twoX, twoY;   ///< lanes that reach the page after it along x, y
+    uint32_t below; ///< entries from a page to the one after it along y
+
+    /// Returns lanes all of whose pages are marked: nearly all, where samples lie close. Lanes
+    /// whose pages along x lie in two words are not among them.
+    M areMarked(const LookupWork& work) const {
+        const M first = areRowsMarked(work, entry);
+        if (uint32_t(twoY) == 0)
+            return first;
+        const I next = V::addInts(entry, V::splatInt(int32_t(below)));
+        return first & (~twoY | areRowsMarked(work, V::selectInts(twoY, next, entry)));
+    }
+
+    /// Marks the pages of lanes.
+    void mark(const LookupWork& work, uint32_t lanes) const {
+        alignas(64) int32_t entries[V::kWidth];
+        V::storeInts(entries, entry);
+        for (; lanes != 0; lanes &= lanes - 1) {
+            const auto lane = uint32_t(__builtin_ctz(lanes));
+            const auto first = uint32_t(entries[lane]);
+            const bool isTwoX = (uint32_t(twoX) >> lane & 1) != 0;
+            const bool isTwoY = (uint32_t(twoY) >> lane & 1) != 0;
+            markEntry(work, first);
+            if (isTwoX)
+                markEntry(work, first + 1);
+            if (isTwoY)
+                markEntry(work, first + below);
+            if (isTwoX && isTwoY)
+                markEntry(work, first + below + 1);
+        }
+    }
+
+private:
+    /// The same for the filters' pages along x from entry `at` on, which must be one of the map's.
+    M areRowsMarked(const LookupWork& work, const I& at) const {
+        const I zero = V::splatInt(0);
+        const I one = V::bitOf(V::andInts(at, V::splatInt(31)));
+        const I after = V::selectInts(twoX, V::addInts(one, one), zero); // 0 also after bit 31
+        const I asked = V::addInts(one, after);
+        const I word = V::gatherShared(work.pages, V::shiftRight(at, 5));
+        return V::equalInts(V::andInts(word, asked), asked) & ~(twoX & V::equalInts(after, zero));
+    }
+};
 
 template <class V, class Receivers, int side> void markAll(LookupWork& work) {
     using I = typename V::Ints;
+    using M = typename V::Mask;
     const int log2 = int(work.pageTexelsLog2);
     for (uint32_t start = 0; start < work.count; start += V::kWidth) {
         const uint32_t asked = askedOf<V>(work, start);
         if (asked == 0)
             continue;
         const Receivers r(work, start, V::mask(asked)); // what it derives of planes is not read
-        I first[2], last[2];
+        I first[2];
+        M isTwo[2]; // a filter has at most three texels across, so two pages
         for (int a = 0; a < 2; ++a) {
             first[a] = V::shiftRight(V::toInts(r.texel(work, a, 0)), log2);
-            last[a] = V::shiftRight(V::toInts(r.texel(work, a, side - 1)), log2);
+            const I last = V::shiftRight(V::toInts(r.texel(work, a, side - 1)), log2);
+            isTwo[a] = r.on & ~V::equalInts(first[a], last);
         }
+        const FilterPages<V> pages{entriesOf<V>(work, r, first[0], first[1]), isTwo[0], isTwo[1],
+                                   work.facePages};
         const uint32_t on = r.on;
-        const uint32_t twoX = on & ~uint32_t(V::equalInts(first[0], last[0]));
-        const uint32_t twoY = on & ~uint32_t(V::equalInts(first[1], last[1]));
-        markEntries<V>(work, on, entriesOf<V>(work, r, first[0], first[1]));
-        if (twoX != 0)
-            markEntries<V>(work, twoX, entriesOf<V>(work, r, last[0], first[1]));
-        if (twoY != 0) {
-            markEntries<V>(work, twoY, entriesOf<V>(work, r, first[0], last[1]));
-            markEntries<V>(work, twoX & twoY, entriesOf<V>(work, r, last[0], last[1]));
-        }
+        if (const uint32_t open = on & ~uint32_t(pages.areMarked(work)); open != 0)
+            pages.mark(work, open);
         for (uint32_t lanes = asked & ~on; lanes != 0; lanes &= lanes - 1)
             work.left[work.leftCount++] = start + uint32_t(__builtin_ctz(lanes));
     }
