@@ -95,20 +95,28 @@ public:
         count_ = count;
     }
     /// Makes the buffer hold at least `count` elements and keeps those that it holds; elements that
-    /// are added are uninitialised. Takes memory for exactly `count` where it has too little, and
-    /// holds both arrays while it copies. Throws like resize().
-    void growKeeping(size_t count) {
+    /// are added are uninitialised. Where it has too little memory it takes that of `room`
+    /// elements, or of `count` if those are more: the caller chooses the steps. It releases what
+    /// it has first if it is empty, else it holds both while it copies. Throws as resize() does;
+    /// its elements then stay.
+    void growKeeping(size_t count, size_t room = 0) {
         if (count > capacity_) {
             if (count_ == 0)
                 release();
-            Buffer grown(backend_, name_, count);
+            Buffer grown(backend_, name_, count > room ? count : room);
             detail::copyBytes(backend_, grown.data_, backend_, data_, count_ * sizeof(T));
+            grown.count_ = count_;
             *this = std::move(grown);
         }
         count_ = count > count_ ? count : count_;
     }
     /// Sets every byte of the elements.
     void fill(int byteValue) { detail::fillBytes(backend_, data_, byteValue, count_ * sizeof(T)); }
+    /// Sets every byte of the elements from `first` on. @param first at most size()
+    void fillFrom(size_t first, int byteValue) {
+        SDAG_ASSERT(first <= count_);
+        detail::fillBytes(backend_, data_ + first, byteValue, (count_ - first) * sizeof(T));
+    }
     /// Resizes to the host vector and copies it here.
     void upload(const std::vector<T>& host) {
         resize(host.size());
@@ -133,6 +141,8 @@ public:
     View<T> view() { return {data_, count_}; }
     View<const T> view() const { return {data_, count_}; }
     size_t size() const { return count_; }
+    /// Returns how many elements resize() can give without taking memory.
+    size_t capacity() const { return capacity_; }
     size_t bytes() const { return count_ * sizeof(T); }
     Backend backend() const { return backend_; }
     const std::string& name() const { return name_; }

@@ -270,19 +270,19 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                 retained = found[kPagesRetained];
                 held = found[kPagesHeld] + retained;
             }
-            // Grow in larger steps up to the budget, because growing copies the content.
-            const uint64_t poolPages = pageStamps_.size();
-            const uint64_t roomy = glm::min(
-                capacityPages_,
-                glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
-            if (roomy > poolPages) {
+            // Grow in larger steps up to the budget, because growing copies the content. Memory of
+            // frames before that were forgotten is used again, and taken in the same steps.
+            const uint64_t poolPages = pageStamps_.size(), needed = held + fresh;
+            const auto step = [](uint64_t count) { return count + count / 2; };
+            if (needed > poolPages) {
+                const uint64_t roomy = glm::min(capacityPages_, glm::max(needed, step(poolPages)));
+                const uint64_t room =
+                    glm::min(capacityPages_, glm::max(roomy, step(pageStamps_.capacity())));
                 if (!drawer_)
-                    pool_.growKeeping(roomy * pageTexels());
-                pageStamps_.growKeeping(roomy);
-                pageEntries_.growKeeping(roomy);
-                pageKeys_.growKeeping(roomy);
-                detail::fillBytes(backend_, pageKeys_.view().data + poolPages, 0,
-                                  (roomy - poolPages) * sizeof(uint32_t));
+                    pool_.growKeeping(roomy * pageTexels(), room * pageTexels());
+                for (Buffer<uint32_t>* ofPages : {&pageStamps_, &pageEntries_, &pageKeys_})
+                    ofPages->growKeeping(roomy, room);
+                pageKeys_.fillFrom(poolPages, 0);
             }
             if (isCountPending_ || (fresh && held)) {
                 order_.resize(pageKeys_.size());
@@ -312,7 +312,6 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
                 kept_[i].pageCount = i < requestCount_ ? 1 : keptPages[i];
         } else {
             pageTable_.fill(0xff);
-            pageStamps_.resize(0);
             if (!drawer_)
                 pool_.resize(pages * pageTexels());
         }

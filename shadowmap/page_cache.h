@@ -21,7 +21,8 @@ public:
     /// @param drawer holds the pool; null: this object does
     explicit PageCache(Backend backend, MapDrawer* drawer = nullptr);
 
-    /// Releases all kept maps; their pages count as freed in the next frame.
+    /// Releases all kept maps; their pages count as freed in the next frame. Memory stays, and
+    /// pool() is empty until the next allocate().
     void forget();
     /// Releases all state of earlier frames, counts too: the next frame depends on itself alone.
     void reset();
@@ -114,10 +115,10 @@ private:
     // Moved batches: boxes before and now; one bit per batch.
     Buffer<Box> movedBefore_, movedNow_;
     Resident<uint32_t> movedBits_;
-    // poolPages * see SortOutPages.
+    // A page of the pool each, see SortOutPages; empty after a frame that keeps nothing.
     Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_, freeRank_;
     Buffer<uint32_t> missing_, keptPerMap_, keptCounts_, freshEntries_;
-    Buffer<uint32_t> pool_; // poolPages * texels
+    Buffer<uint32_t> pool_; // pageTexels() a page
     // By slot, see DrawnView; openBlocks_, openFaces_: see PrepareBlock; openRows_: see
     // ListOpenCells.
     Buffer<uint32_t> drawnCells_, drawnDepths_, openBlocks_, openFaces_, openRows_;

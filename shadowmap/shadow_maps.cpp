@@ -620,7 +620,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
             PagesToClear fresh;
             if (isFirst)
                 fresh = {s.cache.freshEntries(), std::as_const(s.cache).pageTable()};
-            rasterizeByFace(raster, onBackend.vertices, s.drawStarts(), onBackend.boxesWorld, floors, fresh);
+            rasterizeByFace(raster, onBackend.vertices, s.drawStarts(), onBackend.boxesWorld,
+                            floors, fresh);
         } else
             rasterizeTriangles(s.backend, raster, s.largeTriangles, s.largeSetups);
     };

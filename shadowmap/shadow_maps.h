@@ -36,8 +36,9 @@ struct MapRequest {
 
 /// How maps are built. Results of lookups do not depend on the culling.
 struct ShadowMapOptions {
-    uint32_t pageTexels = 16;          ///< side of a page, a power of two, 16..256
-    uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
+    uint32_t pageTexels = 16; ///< side of a page, a power of two, 16..256
+    uint64_t poolBytes =
+        256ull << 20;  ///< budget of the page pool; memory taken for a larger one is kept
     uint32_t taps = 4; ///< 1, 4 or 9: the filter, which decides what page borders are marked
     MapCulling culling = MapCulling::kCellDepth;
     /// Keeps maps from frame to frame and does not redraw static batches that are drawn already
@@ -179,7 +180,7 @@ public:
     /// Needed before another geometry is passed.
     void forget();
 
-    /// Returns the input of lookups; valid until the next build.
+    /// Returns the input of lookups; valid until the next build or forget().
     ShadowMapView view() const;
     /// Returns the projection maps of the requests' maps, kProjectionWordsPerMap words each, as
     /// CullMaskView has them; valid until the next build.

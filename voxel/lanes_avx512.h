@@ -74,7 +74,8 @@ struct Avx512Lanes {
     }
     /// Returns 1 << by of every lane. @param by 0..31
     static Ints bitOf(Ints by) { return _mm512_sllv_epi32(splatInt(1), by); }
-    /// Returns base[index] of words that other threads may set bits of meanwhile.
+    /// Returns base[index], or what other threads' atomics have replaced since. For words in which
+    /// bits are only set, where an old value errs on the safe side.
     static Ints gatherShared(const uint32_t* base, Ints index) { return gatherInts(base, index); }
     /// Asks the caches for base[index] of every lane.
     static void prefetch(const uint32_t* base, Ints index) {

@@ -151,7 +151,8 @@ struct PortableLanes {
     static Ints bitOf(const Ints& by) {
         return eachInt([&](uint32_t i) { return int32_t(1u << by.at[i]); });
     }
-    /// Returns base[index] of words that other threads may set bits of meanwhile.
+    /// Returns base[index], or what other threads' atomics have replaced since. For words in which
+    /// bits are only set, where an old value errs on the safe side.
     static Ints gatherShared(const uint32_t* base, const Ints& index) {
         return eachInt([&](uint32_t i) {
             return int32_t(__atomic_load_n(base + index.at[i], __ATOMIC_RELAXED));

@@ -16,23 +16,25 @@ inline void markEntry(const LookupWork& work, uint32_t entry) {
         __atomic_fetch_or(word, bit, __ATOMIC_RELAXED);
 }
 
-/// The pages of one vector's filters.
+/// The pages of one vector's filters: as pages have at least 16 texels across and filters at most
+/// three, one or two along each axis.
 template <class V> struct FilterPages {
     using I = typename V::Ints;
     using M = typename V::Mask;
 
-    I entry;        ///< of the filter's first page
-    M twoX, twoY;   ///< lanes that reach the page after it along x, y
-    uint32_t below; ///< entries from a page to the one after it along y
+    I entry;            ///< of the filter's first page
+    M twoX, twoY;       ///< lanes that reach the page after it along x, y
+    uint32_t facePages; ///< from a page's entry to that of the page after it along y
 
-    /// Returns lanes all of whose pages are marked: nearly all, where samples lie close. Lanes
-    /// whose pages along x lie in two words are not among them.
+    /// Returns lanes whose pages are all known to be marked: most, where samples lie close. Lanes
+    /// whose two pages along x lie in two words are left out, and lanes whose pages other threads
+    /// mark at this moment may be; to mark them again does no harm.
     M areMarked(const LookupWork& work) const {
-        const M first = areRowsMarked(work, entry);
+        const M first = isRowMarked(work, entry);
         if (uint32_t(twoY) == 0)
             return first;
-        const I next = V::addInts(entry, V::splatInt(int32_t(below)));
-        return first & (~twoY | areRowsMarked(work, V::selectInts(twoY, next, entry)));
+        const I next = V::addInts(entry, V::splatInt(int32_t(facePages)));
+        return first & (~twoY | isRowMarked(work, V::selectInts(twoY, next, entry)));
     }
 
     /// Marks the pages of lanes.
@@ -48,21 +50,23 @@ template <class V> struct FilterPages {
             if (isTwoX)
                 markEntry(work, first + 1);
             if (isTwoY)
-                markEntry(work, first + below);
+                markEntry(work, first + facePages);
             if (isTwoX && isTwoY)
-                markEntry(work, first + below + 1);
+                markEntry(work, first + facePages + 1);
         }
     }
 
 private:
-    /// The same for the filters' pages along x from entry `at` on, which must be one of the map's.
-    M areRowsMarked(const LookupWork& work, const I& at) const {
+    /// Returns lanes whose page `at`, and in lanes of twoX the one after it, are known to be
+    /// marked. @param at entries of the map, in all lanes
+    M isRowMarked(const LookupWork& work, const I& at) const {
         const I zero = V::splatInt(0);
-        const I one = V::bitOf(V::andInts(at, V::splatInt(31)));
-        const I after = V::selectInts(twoX, V::addInts(one, one), zero); // 0 also after bit 31
-        const I asked = V::addInts(one, after);
+        const I firstBit = V::bitOf(V::andInts(at, V::splatInt(31)));
+        const I nextBit = V::selectInts(twoX, V::addInts(firstBit, firstBit), zero);
+        const I bits = V::addInts(firstBit, nextBit);
         const I word = V::gatherShared(work.pages, V::shiftRight(at, 5));
-        return V::equalInts(V::andInts(word, asked), asked) & ~(twoX & V::equalInts(after, zero));
+        const M isInNextWord = twoX & V::equalInts(nextBit, zero);
+        return V::equalInts(V::andInts(word, bits), bits) & ~isInNextWord;
     }
 };
 
@@ -76,7 +80,7 @@ template <class V, class Receivers, int side> void markAll(LookupWork& work) {
             continue;
         const Receivers r(work, start, V::mask(asked)); // what it derives of planes is not read
         I first[2];
-        M isTwo[2]; // a filter has at most three texels across, so two pages
+        M isTwo[2];
         for (int a = 0; a < 2; ++a) {
             first[a] = V::shiftRight(V::toInts(r.texel(work, a, 0)), log2);
             const I last = V::shiftRight(V::toInts(r.texel(work, a, side - 1)), log2);

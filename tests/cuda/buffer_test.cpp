@@ -45,15 +45,18 @@ TEST_P(BufferOn, FillSetsEveryByte) {
 TEST_P(BufferOn, GrowKeepingKeepsElementsAndUsesTheMemoryThatIsThere) {
     const std::string name = "test/grow keeping";
     const auto allocations = [&] { return entryOf(name, GetParam()).allocationCount; };
+    const std::vector<uint32_t> kept = {3, 1, 4};
     Buffer<uint32_t> buffer(GetParam(), name);
-    buffer.upload({3, 1, 4});
+    buffer.growKeeping(0);
+    EXPECT_EQ(buffer.capacity(), 0u);
+    buffer.upload(kept);
     const uint64_t before = allocations();
     buffer.growKeeping(1000);
     EXPECT_EQ(allocations(), before + 1);
     EXPECT_EQ(entryOf(name, GetParam()).bytes, 4000u); // exactly, and the old array is gone
     ASSERT_EQ(buffer.size(), 1000u);
-    for (const size_t i : {0, 1, 2})
-        EXPECT_EQ(buffer.at(i), std::vector<uint32_t>({3, 1, 4})[i]);
+    for (size_t i = 0; i < kept.size(); ++i)
+        EXPECT_EQ(buffer.at(i), kept[i]);
     buffer.growKeeping(2); // never shrinks
     EXPECT_EQ(buffer.size(), 1000u);
     buffer.resize(2);
@@ -64,6 +67,22 @@ TEST_P(BufferOn, GrowKeepingKeepsElementsAndUsesTheMemoryThatIsThere) {
     buffer.growKeeping(2000); // nothing to keep: never both arrays at once
     EXPECT_EQ(entryOf(name, GetParam()).peakBytes, 8000u);
     EXPECT_EQ(entryOf(name, GetParam()).bytes, 8000u);
+    buffer.growKeeping(2001, 3000);
+    EXPECT_EQ(buffer.size(), 2001u);
+    EXPECT_EQ(buffer.capacity(), 3000u);
+    buffer.fill(1);
+    EXPECT_THROW(buffer.growKeeping(size_t(1) << 50), Error);
+    EXPECT_EQ(buffer.size(), 2001u);
+    EXPECT_EQ(buffer.at(2000), 0x01010101u);
+}
+
+TEST_P(BufferOn, FillFromSetsEveryByteBehind) {
+    Buffer<uint32_t> buffer(GetParam(), "test/fill from");
+    buffer.upload(std::vector<uint32_t>(5, 7));
+    buffer.fillFrom(3, 0);
+    EXPECT_EQ(buffer.download(), (std::vector<uint32_t>{7, 7, 7, 0, 0}));
+    buffer.fillFrom(5, 1);
+    EXPECT_EQ(buffer.at(4), 0u);
 }
 
 TEST_P(BufferOn, FillAllSetsEveryByteOfEveryArray) {

@@ -9,6 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace shadowdag::test {
 namespace {
 
@@ -136,19 +139,44 @@ TEST_P(FrameMemoryOn, DoesNotGrowForFramesOfTheSameSize) {
         }
 }
 
-// A frame without maps forgets those that were kept; the next ones are drawn into the same memory.
+// A frame without maps forgets those that were kept; the next ones are drawn into the same memory,
+// and where they need more, it grows in steps.
 TEST_P(FrameMemoryOn, StaysOverFramesThatDrawNoMaps) {
     const Scene scene = blockerScene(kManyLights, true);
     const World world(scene, {});
     const Dag dag = dagOf(world, 8);
     FrameRenderer renderer(GetParam(), world, dag);
-    uint64_t counts[8];
+    const auto pool = [] {
+        for (const LedgerEntry& entry : bufferLedger())
+            if (entry.name == "shadowmap page pool" && entry.backend == GetParam())
+                return entry.allocationCount;
+        return uint64_t(0);
+    };
+    Camera camera = roomCamera();
+    uint64_t counts[8], most = 0;
     for (size_t i = 0; i < std::size(counts); ++i) {
-        renderer.render(roomCamera(), *makeCostModel(i % 2 == 0 ? "texels:0" : "texels:inf"),
-                        smallFrame());
+        const bool draws = i % 2 == 0;
+        const FrameResult result = renderer.render(
+            camera, *makeCostModel(draws ? "texels:0" : "texels:inf"), smallFrame());
+        EXPECT_EQ(result.counts.maps.pageCount > 0, draws);
+        most = std::max(most, result.counts.maps.pageCount);
         counts[i] = allocations();
     }
     EXPECT_EQ(counts[7], counts[3]);
+    // A closer look needs more pages than all before, time and again; each step adds a half.
+    const uint64_t first = most, before = pool();
+    int recordCount = 0;
+    for (int i = 0; i < 60; ++i) {
+        camera.yfov *= 0.996f;
+        const uint64_t pages =
+            renderer.render(camera, *makeCostModel("texels:0"), smallFrame()).counts.maps.pageCount;
+        recordCount += pages > most;
+        most = std::max(most, pages);
+        renderer.render(camera, *makeCostModel("texels:inf"), smallFrame());
+    }
+    const double steps = std::ceil(std::log(double(most) / double(first)) / std::log(1.5));
+    EXPECT_GT(recordCount, steps + 2);
+    EXPECT_LE(double(pool() - before), steps);
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, FrameMemoryOn, kBothBackends, backendSuffix);

@@ -102,7 +102,9 @@ struct Sums {
 };
 
 /// Plays an animation and holds every frame against one drawn from nothing without any culling.
-Sums play(uint32_t seed, int frames, const ShadowMapOptions& options, int buildEvery = 1) {
+/// @param forgetEvery after so many frames all maps are forgotten; 0: never
+Sums play(uint32_t seed, int frames, const ShadowMapOptions& options, int buildEvery = 1,
+          int forgetEvery = 0) {
     SCOPED_TRACE("seed " + std::to_string(seed) + " culling " +
                  std::to_string(int(options.culling)) +
                  (options.retainsPages ? " retaining" : " freeing at once"));
@@ -151,6 +153,10 @@ Sums play(uint32_t seed, int frames, const ShadowMapOptions& options, int buildE
             sums.cleared += counts.pagesClearedCount;
             sums.keptMaps += counts.keptMapCount;
             sums.degraded += counts.degradeDivisor > 1.0f;
+            if (forgetEvery > 0 && frame % forgetEvery == forgetEvery - 1) {
+                kept.forget();
+                held = 0;
+            }
         }
         a.step();
     }
@@ -205,6 +211,19 @@ TEST(StaticOptimization, SoDoesItWhenThePoolIsTooSmallToRetainAllOrEvenToHoldAll
         if (pages < 1200) {
             EXPECT_GT(all.degraded, 10u);
         }
+    }
+}
+
+// What is forgotten leaves texels, keys and stamps in memory that later frames use again.
+TEST(StaticOptimization, SoDoesItInMemoryOfMapsThatWereForgotten) {
+    for (const bool retains : {true, false}) {
+        ShadowMapOptions options = keeping(MapCulling::kCellDepth);
+        options.retainsPages = retains;
+        Sums all;
+        for (const uint32_t seed : {61u, 62u, 63u})
+            all.add(play(seed, 60, options, 1, 7));
+        EXPECT_GT(all.keptTriangles, 0u);
+        EXPECT_GT(all.committed, 0u);
     }
 }
 
