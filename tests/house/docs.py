@@ -176,7 +176,7 @@ def bench_claims(bench):
     calls = dict.fromkeys(("rtcOccluded1", "rtcOccluded16", fastest))
     measured = [name for name in ("rtcOccluded8", "rtcOccluded16") if name in of_pair]
     return [
-        f"They take {pair('exact streams')} ns a pair, " + ", ".join(f"`{name}` takes {pair(name)}" for name in measured),
+        f"Streams take {pair('exact streams')} ns a pair, " + ", ".join(f"`{name}` takes {pair(name)}" for name in measured),
         f"(medians of {bench['repeat_count']} with the intervals that hold them with {confidence_text(held)})",
         f"{rate('traceStream AVX2')} million rays",
         ", ".join(f"`{name}` traces {rate(name)}" if i == 0 else f"`{name}` {rate(name)}" for i, name in enumerate(calls)),
@@ -190,8 +190,8 @@ def chart_claims(compared, exact_ms):
     if min(requests) < PAPER_TEXELS:
         return [f"(a map requests {min(requests):.0f} texels: rewrite what README says of {PAPER_TEXELS})"]
     low, high, _ = interval(exact)
-    return [f"exact rays take {exact['time_ms']:.0f} ({low:.0f} to {high:.0f}) ms in the chart, {exact_ms:.0f} ms there",
-            f"A cross marks the paper's {PAPER_TEXELS}: every map of this view requests more"]
+    return [f"exact rays take {exact['time_ms']:.0f} ({low:.0f} to {high:.0f}) ms in this chart and {exact_ms:.0f} ms in the claims",
+            f"A cross marks the paper's threshold of {PAPER_TEXELS} texels: every map of this view requests more"]
 
 
 def claims_of(results):
@@ -329,7 +329,7 @@ def self_test():
                                            rate("rtcOccluded16", 10, 9, 11), rate("NanoVDB HDDA", 1, 1, 1)],
              "frame": {"methods": [method("exact streams", 70), method("rtcOccluded16", 69), method("rtcOccluded8", 60)]}}
     found = bench_claims(bench)
-    expect(found[:2] == ["They take 70 (69 to 71) ns a pair, `rtcOccluded8` takes 60 (59 to 61), `rtcOccluded16` takes 69 (68 to 70)",
+    expect(found[:2] == ["Streams take 70 (69 to 71) ns a pair, `rtcOccluded8` takes 60 (59 to 61), `rtcOccluded16` takes 69 (68 to 70)",
                          "(medians of 10 with the intervals that hold them with 95 %)"], f"claims {found}")
     expect(found[3] == "`rtcOccluded1` traces 8.00 (7.00 to 9.00), `rtcOccluded16` 10.00 (9.00 to 11.00), `rtcOccluded8` 12.00 (11.00 to 13.00)",
            f"claims {found}")
@@ -337,7 +337,7 @@ def self_test():
     expect("rtcOccluded8" not in bench_claims(bench)[3], "the fastest call is named already")
     compared = {"runs": [{"label": "dag believe none", "time_ms": 5.5, "time_ms_low": 4, "time_ms_high": 7}],
                 "map_costs": [{"texels": 97.0}, {"texels": 300.0}]}
-    expect(chart_claims(compared, 4.2)[0] == "exact rays take 6 (4 to 7) ms in the chart, 4 ms there", "the chart's time")
+    expect(chart_claims(compared, 4.2)[0] == "exact rays take 6 (4 to 7) ms in this chart and 4 ms in the claims", "the chart's time")
     compared["map_costs"][0]["texels"] = 95.0
     expect("a map requests 95 texels" in chart_claims(compared, 4.2)[0], "a map below the paper's threshold")
     expect(len(check_readme("x\n" * (README_LINES + 1))) == 1, "a README that is too long")

@@ -141,7 +141,7 @@ def of_believe(results):
         errors = ", ".join(digits(wrong(run)) for run in [plain] + [runs[label] for label in steps[::-1]] + [runs["embree"]])
         rows.append(f"| {name} | {plain['time_ms']:.0f} | {times} | {errors} |")
     exact = [runs[steps[0]] for runs in scenes.values()]
-    over = [runs[steps[0]]["time_ms"] / runs["embree"]["time_ms"] for runs in scenes.values()]
+    over = [run["time_over_embree"] for run in exact]
     total = f"{sum(run['pair_count'] for run in exact):,}".replace(",", " ")
     misses = sum(run["false_shadow_count"] + run["false_light_count"] for run in exact)
     limited = {name: runs["dag 4096^3 believe 8"].get("magnified_count", 0) for name, runs in scenes.items()}

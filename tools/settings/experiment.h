@@ -54,7 +54,7 @@ struct Experiment {
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
     std::vector<float> polygonLod{ShadowMapOptions{}.lodTexels};
     std::vector<uint32_t> beamsMib{0}; ///< 0: none
-    std::vector<float> believe{0};     ///< pixels; infinity: all, 0: none (the fastest on a CPU)
+    std::vector<float> believe{0};     ///< pixels; infinity: all, 0: none
     std::vector<float> offset{RayOptions{}.offset};
     std::vector<LodChoice> lod{0};
     int repeats = 5;
