@@ -22,7 +22,7 @@ bash -n "$script"
 bash -n "$1/.ci/run"
 [[ -x $script && -x $1/.ci/run ]] || { echo "FAILED: ./do and .ci/run must be executable"; failures=1; }
 
-for command in $(grep -oh '\./do [a-z]\+' "$1/Containerfile" "$1/README.md" "$1"/docs/*.md | cut -d' ' -f2 | sort -u); do
+for command in $(grep -oh '\./do [a-z][a-z0-9]*' "$1/Containerfile" "$1/README.md" "$1"/docs/*.md | cut -d' ' -f2 | sort -u); do
     grep -q "^    $command\b" "$script" || { echo "FAILED: a document uses './do $command', which does not exist"; failures=1; }
 done
 cd -- "$stage" # any directory
