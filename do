@@ -30,8 +30,11 @@ usage: ./do COMMAND
   fuzz MINUTES [TARGET...]
                     builds the targets of tests/fuzz with clang-19's libFuzzer and runs them, MINUTES in all;
                     inputs that they find stay in build/fuzz. Installs clang-19 if it is missing.
+  arm64 [ARG...]    builds everything for arm64 by a cross compiler, with Debian's libraries for arm64 in
+                    build/arm64-root, and runs the unit tests under qemu-user. Arguments go to ctest. Installs the
+                    cross compiler, qemu-user and mmdebstrap if they are missing.
   build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, fuzz, ci,
-                    werror, cuda-host.
+                    werror, cuda-host, arm64 (after ./do arm64).
   packages [dev]    installs the missing ones of packages.txt; with dev those for development too.
   format            formats all sources with clang-format.
   help              prints this.
@@ -140,6 +143,24 @@ runTests() {
     ctest --preset "$1" --parallel "$(jobs)" --output-junit "$root/${results[-1]}" "${@:2}"
 }
 
+# Unpacks Debian's libraries for arm64, which packages.txt names, with what they need, into build/arm64-root; they come
+# from where this system's apt has its packages. Nothing of them is run, and nothing of this system is changed.
+unpackArm64() {
+    local root=build/arm64-root libraries settings=build/arm64-apt.conf
+    [[ -e $root.complete ]] && return 0
+    libraries=$(listPackages test | grep -E '^(lib|nlohmann).*-dev$')
+    rm -rf -- "$root"
+    mkdir -p build
+    apt-config dump | grep '^Acquire' >"$settings"
+    (shopt -s nullglob
+     mmdebstrap --variant=extract --architectures=arm64 --aptopt="$settings" --include="libc6-dev,${libraries//$'\n'/,}" '' \
+                "$root" /etc/apt/sources.lis[t] /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources) ||
+        fail "mmdebstrap could not unpack Debian's packages for arm64"
+    # Some packages of CMake name their files by absolute paths.
+    grep -rlZ --include='*.cmake' '"/usr' "$root/usr" | xargs -0r sed -i 's#"/usr\([/"]\)#"${CMAKE_SYSROOT}/usr\1#g'
+    touch "$root.complete"
+}
+
 command=${1:-help}
 (($# > 0)) && shift
 case $command in
@@ -202,6 +223,13 @@ case $command in
         command -v clang++-19 >/dev/null || installPackages dev clang
         build fuzz --target $(if (($# > 1)); then printf 'fuzz_%s ' "${@:2}"; else printf fuzzers; fi)
         python3 tests/fuzz/run.py build/fuzz "$1" --jobs "$(jobs)" "${@:2}"
+        ;;
+    arm64)
+        installPackages test
+        installPackages dev '^(g[+]{2}-aarch64-linux-gnu|mmdebstrap|qemu-user)$'
+        unpackArm64
+        build arm64
+        runTests arm64 "$@"
         ;;
     build)
         installPackages test

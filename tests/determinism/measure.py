@@ -4,7 +4,8 @@
     measure.py [BACKEND,...:]PROGRAM... -o FILE.json [--quick] [--isas ISA,...] [--threads N,...]
 
 Each PROGRAM is a build of shadowdag; its provenance names the compiler and the system. Of each the back ends cpu and gl
-are hashed, or those that stand before it. A program of the preset cuda-host plays its device (cuda_host). The results are the data of the table in
+are hashed, or those that stand before it. A program of the preset cuda-host plays its device (cuda_host). One for
+arm64 may be a script that starts it by qemu-aarch64. The results are the data of the table in
 docs/promises.md, which the command `determinism` of tools/report/shadowdag_report writes. They are added to those in
 FILE.json and replace what the same system, compiler, back end and device gave before; the first ever measured is the
 reference. --isas and --threads hash fewer, on a machine that is lent for minutes. --quick: fewer scenes and settings and nothing added, for a test, which fails (status 1) on a difference that no
@@ -88,6 +89,8 @@ def measure(program, folder, scenes, isas, threads, backends):
                     break
                 where = {"system": probe[0]["system"], "compiler": probe[0]["compiler"], "backend": backend, "isa": isa,
                          "threads": count, "device": probe[0]["device"]}
+                if "-march=armv8" in probe[0]["flags"]:
+                    where["architecture"] = "arm64"
                 for scene in scenes:
                     if backend == "cpu":
                         rows.append({**where, "scene": scene, "what": "asset", "hash": runner.asset(scene)})

@@ -223,13 +223,14 @@ int rename(const char* from, const char* to) noexcept {
                           : int(syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
 }
 int unlink(const char* path) noexcept {
-    return fails(kUnlink) ? failed(EIO, -1) : int(syscall(SYS_unlink, path));
+    return fails(kUnlink) ? failed(EIO, -1) : int(syscall(SYS_unlinkat, AT_FDCWD, path, 0));
 }
 int unlinkat(int folder, const char* path, int flags) noexcept {
     return fails(kUnlink) ? failed(EIO, -1) : int(syscall(SYS_unlinkat, folder, path, flags));
 }
 int rmdir(const char* path) noexcept {
-    return fails(kUnlink) ? failed(EIO, -1) : int(syscall(SYS_rmdir, path));
+    return fails(kUnlink) ? failed(EIO, -1)
+                          : int(syscall(SYS_unlinkat, AT_FDCWD, path, AT_REMOVEDIR));
 }
 int remove(const char* path) noexcept {
     static auto* const call = next<int(const char*)>("remove");

@@ -19,9 +19,11 @@ EXPLANATIONS = {
 
 
 def column(row):
-    """Returns the heading of a row's column: the system without its code name, the compiler, and where it ran."""
+    """Returns the heading of a row's column: the system without its code name, the architecture unless it is x86-64, the compiler, and
+    where it ran."""
+    system = " ".join([row["system"].partition(" (")[0], *([row["architecture"]] if row.get("architecture") else [])])
     where = "{backend} on {device}".format(**row) if row["device"] else row["backend"]
-    return "{}, {}, {}".format(row["system"].partition(" (")[0], row["compiler"], where)
+    return "{}, {}, {}".format(system, row["compiler"], where)
 
 
 def grouped(results):
