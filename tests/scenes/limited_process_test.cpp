@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -27,10 +28,12 @@ std::string whyMemoryIsUnlimited() {
 #if defined(SDAG_SANITIZED)
     return "sanitizers reserve terabytes for themselves, so no limit can be tight";
 #endif
-    struct rlimit before {
-    }, after{};
+    struct rlimit before {};
     getrlimit(RLIMIT_AS, &before);
-    const struct rlimit wanted = {uint64_t(1) << 46, before.rlim_max};
+    struct rlimit after = before;
+    // Within the hard limit, else a refusal would look like a system that ignores limits.
+    const struct rlimit wanted = {std::min<rlim_t>(rlim_t(1) << 46, before.rlim_max),
+                                  before.rlim_max};
     setrlimit(RLIMIT_AS, &wanted);
     getrlimit(RLIMIT_AS, &after);
     setrlimit(RLIMIT_AS, &before);
