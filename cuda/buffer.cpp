@@ -3,6 +3,7 @@
 #include "cuda/buffer.h"
 
 #include "cuda/device.h"
+#include "cuda/large_pages.h"
 #include "cuda/parallel_for.h"
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <tuple>
 
 #if defined(__linux__)
-#include <sys/mman.h>
 #include <unistd.h>
 #endif
 
@@ -26,24 +26,20 @@ namespace {
 constexpr std::align_val_t kHostAlignment{64};
 
 // Large arrays use large pages if the system has them: clearing a page pool of 250 MB then takes
-// 120 page faults instead of 60000, and scattered reads miss the translation buffer less.
-constexpr size_t kLargePageBytes = size_t(2) << 20;
-constexpr size_t kLargeBytes = 4 * kLargePageBytes; // below, rounding up would show
-
+// 120 page faults instead of 60000, and scattered reads miss the translation buffer less. Rounding
+// up smaller ones would show.
 void* allocateHost(size_t bytes) {
-    if (bytes < kLargeBytes)
+    if (bytes < kLeastLargeBytes)
         return ::operator new(bytes, kHostAlignment, std::nothrow);
     void* data = ::operator new (bytes, std::align_val_t{kLargePageBytes}, std::nothrow);
-#if defined(__linux__)
     if (data)
-        madvise(data, bytes, MADV_HUGEPAGE); // advice: a refusal changes no result
-#endif
+        useLargePages(data, bytes);
     return data;
 }
 
 void releaseHost(void* data, size_t bytes) {
-    ::operator delete (data,
-                       bytes < kLargeBytes ? kHostAlignment : std::align_val_t{kLargePageBytes});
+    ::operator delete (data, bytes < kLeastLargeBytes ? kHostAlignment
+                                                      : std::align_val_t{kLargePageBytes});
 }
 
 // Number of bytes that one thread clears at a time: several large pages.

@@ -38,10 +38,10 @@ struct ArrayRange {
 };
 
 /// Returns a view of a host vector, valid until the vector reallocates.
-template <class T> View<const T> viewOf(const std::vector<T>& v) {
+template <class T, class Allocator> View<const T> viewOf(const std::vector<T, Allocator>& v) {
     return {v.data(), v.size()};
 }
-template <class T> View<T> viewOf(std::vector<T>& v) {
+template <class T, class Allocator> View<T> viewOf(std::vector<T, Allocator>& v) {
     return {v.data(), v.size()};
 }
 

@@ -31,6 +31,21 @@ DagSegment voxelSegment(const VoxelGrid& grid, const glm::vec3& from, const glm:
     return segment;
 }
 
+/// Returns the wide form, built at the first call. It is built without the lock, since signal
+/// handlers, which are Python, run meanwhile and may ask for it as well.
+const WideDag& wideOf(DagObject& self) {
+    {
+        const std::lock_guard lock(self.wideMutex);
+        if (self.wide)
+            return *self.wide;
+    }
+    auto made = std::make_unique<const WideDag>(buildWideDag(*self.dag));
+    const std::lock_guard lock(self.wideMutex);
+    if (!self.wide)
+        self.wide = std::move(made);
+    return *self.wide;
+}
+
 py::array_t<bool> occludedBy(DagObject& self, const py::array& start, const py::array& end,
                              uint32_t level, const py::object& out, const py::object& progress) {
     const PointsOf from(start, "start"), to(end, "end");
@@ -39,9 +54,8 @@ py::array_t<bool> occludedBy(DagObject& self, const py::array& start, const py::
     bool* const blocked = result.mutable_data();
     Call call("trace segments", progress);
     call.run([&] {
-        std::call_once(self.wideOnce, [&] { self.wide = buildWideDag(*self.dag); });
         DagView view = self.dag->view();
-        view.wide = self.wide.view();
+        view.wide = wideOf(self).view();
         cpuParallelRanges(
             (count + kBlock - 1) / kBlock, 1, [&](size_t firstBlock, size_t endBlock) {
                 DagSegment segments[kBlock];

@@ -16,8 +16,8 @@ struct DagObject {
     std::shared_ptr<const Dag> dag;
     AssetProvenance provenance;
     uint64_t fileBytes = 0; ///< of the file that it was read from or written to last; 0: none
-    std::once_flag wideOnce = {};
-    WideDag wide = {}; ///< built at the first call of occluded
+    std::mutex wideMutex = {};
+    std::unique_ptr<const WideDag> wide = {}; ///< built at the first call of occluded
 
     DagObject(std::shared_ptr<const Dag> dag_, AssetProvenance provenance_, uint64_t fileBytes_ = 0)
         : dag(std::move(dag_)), provenance(std::move(provenance_)), fileBytes(fileBytes_) {}

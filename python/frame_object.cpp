@@ -319,6 +319,9 @@ void addFrame(py::module_& scope) {
             "time_ms", [](const FrameObject& self) { return self.result().stages.totalMs(); },
             "Sum of the stages, milliseconds.")
         .def_property_readonly(
+            "wall_ms", [](const FrameObject& self) { return self.result().wallMs; },
+            "Wall clock of the renderer, milliseconds, with the time outside of the stages.")
+        .def_property_readonly(
             "lights",
             [](const FrameObject& self) { return toPython(lightsJson(self.result().maps)); },
             "One dict for each light with maps: light, route (rays, map or both), map_count, "

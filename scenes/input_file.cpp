@@ -2,6 +2,7 @@
 #include "scenes/input_file.h"
 
 #include "cuda/cancel.h"
+#include "cuda/large_pages.h"
 #include "scenes/warning.h"
 
 #include <fcntl.h>
@@ -70,6 +71,7 @@ std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits
     constexpr size_t kStep = size_t(1) << 20;
     Bytes content;
     content.reserve(size_t(status.st_size) + 1);
+    useLargePages(content.data(), content.capacity());
     constexpr int kPollMs = 50;
     for (int waitedMs = 0;;) {
         if (limits.polls)

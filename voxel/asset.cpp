@@ -5,7 +5,7 @@
 //     4  version             4  resolutionLog2
 //     24 originWorld (3 f64) 8  voxelSizeWorld (f64)
 //     32 counts: inner nodes, pointers, references, leaves (4 u64; all 0 if there is no voxel)
-//     4  packing: 0 streams, 1 streams in zstd, 2 compact        8  bytes of the payload
+//     4  packing: 0 streams, 1 streams in zstd frames, 2 compact        8  bytes of the payload
 //     16 XXH3-128 of the payload as stored
 //     4 x (4 length, bytes)  provenance: scene name, scene hash, program version, options
 //     16 XXH3-128 of all before
@@ -13,6 +13,8 @@
 #include "voxel/asset.h"
 
 #include "cuda/error.h"
+#include "cuda/parallel_for.h"
+#include "cuda/uninitialized.h"
 #include "scenes/content_hash.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
@@ -42,6 +44,9 @@ constexpr uint64_t kMaxUnpackRatio = 16;
 // Levels above 12 gain a few percent for several times the time.
 constexpr int kZstdLevel = 12;
 
+// Content of a zstd frame: frames are unpacked by several threads.
+constexpr size_t kPieceBytes = size_t(2) << 20;
+
 using Hash = Checksum;
 
 /// The parts of a file after its header.
@@ -50,6 +55,22 @@ struct Payload {
     EncodedCounts counts;
     std::vector<uint8_t> bytes;
 };
+
+/// Returns the bytes in zstd, a frame for each piece; empty if zstd fails.
+std::vector<uint8_t> pack(const std::vector<uint8_t>& bytes) {
+    std::vector<uint8_t> packed;
+    packed.reserve(ZSTD_compressBound(bytes.size()));
+    for (size_t first = 0; first < bytes.size(); first += kPieceBytes) {
+        const size_t size = std::min(kPieceBytes, bytes.size() - first), at = packed.size();
+        packed.resize(at + ZSTD_compressBound(size));
+        const size_t got = ZSTD_compress(packed.data() + at, packed.size() - at,
+                                         bytes.data() + first, size, kZstdLevel);
+        if (ZSTD_isError(got))
+            return {};
+        packed.resize(at + got);
+    }
+    return packed;
+}
 
 Payload makePayload(const Dag& dag, AssetPacking packing) {
     Payload payload;
@@ -60,15 +81,52 @@ Payload makePayload(const Dag& dag, AssetPacking packing) {
     }
     payload.bytes = encodeDag(dag, payload.counts);
     const size_t size = payload.bytes.size();
-    std::vector<uint8_t> packed(ZSTD_compressBound(size));
-    const size_t got =
-        ZSTD_compress(packed.data(), packed.size(), payload.bytes.data(), size, kZstdLevel);
-    if (!ZSTD_isError(got) && got < size && got * kMaxUnpackRatio >= size) {
-        packed.resize(got);
+    std::vector<uint8_t> packed = pack(payload.bytes);
+    if (!packed.empty() && packed.size() < size && packed.size() * kMaxUnpackRatio >= size) {
         payload.packing = kPackingZstd;
         payload.bytes = std::move(packed);
     }
     return payload;
+}
+
+/// One zstd frame of a payload and where its content belongs.
+struct Piece {
+    View<const uint8_t> packed;
+    uint64_t offset, size;
+};
+
+/// Unpacks the zstd frames of a payload to `bytes`, on the CPU threads. Throws Error kInput.
+void unpack(View<const uint8_t> payload, View<uint8_t> bytes, const ByteReader& in) {
+    const auto fail = [&](size_t code) {
+        in.fail("its payload does not unpack to " + std::to_string(bytes.count) + " bytes" +
+                (ZSTD_isError(code) ? std::string(": ") + ZSTD_getErrorName(code) : std::string()));
+    };
+    std::vector<Piece> pieces;
+    uint64_t offset = 0;
+    for (size_t at = 0; at < payload.count;) {
+        const uint8_t* first = payload.data + at;
+        const size_t packed = ZSTD_findFrameCompressedSize(first, payload.count - at);
+        if (ZSTD_isError(packed))
+            fail(packed);
+        const unsigned long long size = ZSTD_getFrameContentSize(first, packed);
+        // Unknown and invalid sizes are the largest numbers.
+        if (size == 0 || size > bytes.count - offset)
+            fail(0);
+        pieces.push_back({{first, packed}, offset, size});
+        offset += size;
+        at += packed;
+    }
+    if (offset != bytes.count)
+        fail(0);
+    std::vector<size_t> got(pieces.size());
+    cpuParallelRanges(pieces.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            got[i] = ZSTD_decompress(bytes.data + pieces[i].offset, pieces[i].size,
+                                     pieces[i].packed.data, pieces[i].packed.count);
+    });
+    for (size_t i = 0; i < pieces.size(); ++i)
+        if (got[i] != pieces[i].size)
+            fail(got[i]);
 }
 
 } // namespace
@@ -135,17 +193,14 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
         asset.dag = decodeCompact({payload, payload + payloadBytes}, counts, grid, "asset " + name);
         return asset;
     }
-    std::vector<uint8_t> streams(counts.byteCount());
-    if (packing == kPackingZstd) {
-        const size_t got = ZSTD_decompress(streams.data(), streams.size(), payload, payloadBytes);
-        if (ZSTD_isError(got) || got != streams.size())
-            in.fail(
-                "its payload does not unpack to " + std::to_string(streams.size()) + " bytes" +
-                (ZSTD_isError(got) ? std::string(": ") + ZSTD_getErrorName(got) : std::string()));
-    } else {
-        std::copy(payload, payload + payloadBytes, streams.begin());
+    if (packing == kPackingNone) {
+        asset.dag = decodeDag({payload, payloadBytes}, counts, grid, "asset " + name);
+        return asset;
     }
-    asset.dag = decodeDag(streams, counts, grid, "asset " + name);
+    UninitializedVector<uint8_t> streams(counts.byteCount());
+    asset.dag = decodeDag({streams.data(), streams.size()}, counts, grid, "asset " + name, [&] {
+        unpack({payload, payloadBytes}, {streams.data(), streams.size()}, in);
+    });
     return asset;
 }
 

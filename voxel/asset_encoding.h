@@ -6,6 +6,7 @@
 #include "voxel/dag.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -35,10 +36,14 @@ struct EncodedCounts {
 std::vector<uint8_t> encodeDag(const Dag& dag, EncodedCounts& counts);
 
 /// Returns the DAG of these streams, in canonical order if encodeDag wrote them. Verifies
-/// everything and allocates only the words that the counts state. Throws Error kInput; messages
-/// begin with `name`.
+/// everything and allocates only the words that the counts state, and at most as much again. On the
+/// CPU threads; the result, and what is wrong with the bytes, are the same for any number of them.
+/// Throws Error kInput; messages begin with `name`.
 /// @param bytes counts.byteCount() bytes
-Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, const VoxelGrid& grid,
+Dag decodeDag(View<const uint8_t> bytes, const EncodedCounts& counts, const VoxelGrid& grid,
               const std::string& name);
+/// As above, of bytes that `fill` writes first, while memory is made ready for the DAG.
+Dag decodeDag(View<const uint8_t> bytes, const EncodedCounts& counts, const VoxelGrid& grid,
+              const std::string& name, const std::function<void()>& fill);
 
 } // namespace shadowdag

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/uninitialized.h"
 #include "voxel/bits.h"
 #include "voxel/voxel_grid.h"
 
@@ -82,16 +83,16 @@ struct Dag {
 
 /// Owns the wide form of a DAG.
 struct WideDag {
-    std::vector<uint32_t> words;
+    UninitializedVector<uint32_t> words;
     uint32_t rootAddress = 0;
     uint32_t rootLevel = 0;
 
     WideDagView view() const { return {viewOf(words), rootAddress, rootLevel}; }
 };
 
-/// Returns the wide form of a DAG. It has no words if the DAG has no voxel or a leaf as root, or if
-/// it would need more words than addresses reach. Cost: linear in nodes; one word per word of `dag`
-/// besides.
+/// Returns the wide form of a DAG in canonical order. It has no words if the DAG has no voxel or a
+/// leaf as root, or if it would need more words than addresses reach. On the CPU threads; the same
+/// words for any number of them. Cost: linear in nodes; besides, up to one word per word of `dag`.
 WideDag buildWideDag(const Dag& dag);
 
 /// Returns the statistics of a DAG by walking it once. Cost: linear in nodes.

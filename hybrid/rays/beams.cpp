@@ -4,6 +4,7 @@
 #include "hybrid/rays/beams.h"
 
 #include "cuda/error.h"
+#include "cuda/large_pages.h"
 #include "cuda/mutant.h"
 #include "hybrid/rays/beam_stream.h"
 #include "scenes/split_mix.h"
@@ -14,10 +15,6 @@
 #include <new>
 #include <string>
 #include <utility>
-
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
 
 namespace shadowdag {
 
@@ -105,14 +102,12 @@ size_t slotCountFor(uint64_t bytes) {
 }
 
 uint8_t* reserve(uint64_t bytes) {
-    constexpr size_t kHugePage = size_t(2) << 20;
-    void* memory = std::aligned_alloc(kHugePage, (bytes + kHugePage - 1) / kHugePage * kHugePage);
+    const size_t rounded = (bytes + kLargePageBytes - 1) / kLargePageBytes * kLargePageBytes;
+    void* memory = std::aligned_alloc(kLargePageBytes, rounded);
     if (!memory)
         throw Error(ErrorKind::kResource, "no memory for " + std::to_string(bytes >> 20) +
                                               " MiB of beams; use less with --beams");
-#if defined(__linux__)
-    madvise(memory, bytes, MADV_HUGEPAGE); // fewer faults while it fills; may be refused
-#endif
+    useLargePages(memory, rounded);
     return static_cast<uint8_t*>(memory);
 }
 

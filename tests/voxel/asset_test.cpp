@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/asset.h"
 
+#include "cuda/backend.h"
 #include "cuda/error.h"
 #include "scenes/content_hash.h"
 #include "tests/voxel/voxel_sets.h"
@@ -13,9 +14,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <utility>
 
 namespace shadowdag {
 namespace {
@@ -199,19 +203,173 @@ TEST(Asset, BitFlipsWithRightChecksumsAreRefusedOrSound) {
     EXPECT_GT(sound, 100);
 }
 
+/// Returns voxels whose streams take over two megabytes, and more than 4096 nodes in some levels.
+const Asset& largeAsset() {
+    static const Asset kAsset = sampleAsset(8, 0.12, 61);
+    return kAsset;
+}
+
+/// Returns where the zstd frames of an asset begin (RFC 8878, section 3.1.1, has their first
+/// bytes).
+std::vector<size_t> framesOf(const Bytes& bytes) {
+    const uint8_t magic[4] = {0x28, 0xb5, 0x2f, 0xfd};
+    std::vector<size_t> begins;
+    for (auto at = bytes.begin();
+         (at = std::search(at, bytes.end(), magic, magic + 4)) != bytes.end(); ++at)
+        begins.push_back(size_t(at - bytes.begin()));
+    return begins;
+}
+
+// Streams of several zstd frames, unpacked and decoded by several threads.
+TEST(Asset, LargeOnesAreTheSameForAnyThreadCount) {
+    const TempFile file("large.svdag");
+    const Asset& asset = largeAsset();
+    Bytes first;
+    for (const int threads : {1, 3}) {
+        setThreadCount(threads);
+        writeAsset(asset, file.path, AssetPacking::kFast);
+        const Bytes bytes = file.read();
+        if (first.empty())
+            first = bytes;
+        EXPECT_EQ(bytes, first);
+        const Asset back = readAsset(file.path);
+        EXPECT_TRUE(back.dag.words == asset.dag.words);
+    }
+    setThreadCount(0);
+    EXPECT_GE(framesOf(first).size(), 2u);
+}
+
+// Wherever in a level the damage is, the error names the first place.
+TEST(Asset, DamagedLargeStreamsGiveTheSameAnswerForAnyThreadCount) {
+    constexpr unsigned kSeed = 67;
+    std::mt19937 random(kSeed);
+    const Dag& dag = largeAsset().dag;
+    EncodedCounts counts;
+    const Bytes whole = encodeDag(dag, counts);
+    ASSERT_GT(counts.innerCount, 3u * 4096);
+    ASSERT_GT(counts.referenceCount, 100u);
+    const uint64_t leaves = whole.size() - 8 * counts.leafCount;
+    int refused = 0, sound = 0;
+    for (int i = 0; i < 60; ++i) {
+        Bytes bytes = whole;
+        for (int flips = 0; flips < 3; ++flips) // most bytes are leaves'
+            bytes[random() % (i % 4 == 0 ? bytes.size() : leaves)] ^= uint8_t(1u << (random() % 8));
+        std::vector<std::string> answers;
+        for (const int threads : {1, 3}) {
+            setThreadCount(threads);
+            try {
+                const Dag damaged = decodeDag(viewOf(std::as_const(bytes)), counts, dag.grid, "x");
+                const auto hash =
+                    contentHash(damaged.words.data(), damaged.words.size() * sizeof(uint32_t));
+                answers.emplace_back(hash.begin(), hash.end());
+                ++sound;
+            } catch (const Error& error) {
+                EXPECT_EQ(error.kind(), ErrorKind::kInput);
+                answers.push_back(error.what());
+                ++refused;
+            }
+        }
+        EXPECT_EQ(answers[0], answers[1]) << "seed " << kSeed << " round " << i;
+    }
+    setThreadCount(0);
+    EXPECT_GT(refused, 10);
+    EXPECT_GT(sound, 10);
+}
+
+TEST(Asset, TheFirstOfSeveralDamagedLeavesIsNamed) {
+    const Dag& dag = largeAsset().dag;
+    EncodedCounts counts;
+    Bytes bytes = encodeDag(dag, counts);
+    for (const uint64_t leaf : {200000, 5000, 70000})
+        for (uint64_t plane = 0; plane < 8; ++plane)
+            bytes.at(bytes.size() - (8 - plane) * counts.leafCount + leaf) = 0;
+    try {
+        decodeDag(viewOf(std::as_const(bytes)), counts, dag.grid, "x");
+        ADD_FAILURE() << "it was read";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("leaf 5000 is empty"));
+    }
+}
+
+// Every pointer of a level leads to a new node, where the file has none left; then references in
+// parts of the level that other threads read.
+TEST(Asset, ALevelWithoutNodesIsRefusedWhereverItIsRead) {
+    VoxelGrid grid;
+    grid.resolutionLog2 = 8;
+    EncodedCounts counts;
+    for (uint64_t nodes = 1; nodes <= 4096; nodes *= 8)
+        counts.innerCount += nodes;
+    counts.pointerCount = 8 * counts.innerCount;
+    counts.referenceCount = 4096;
+    counts.leafCount = 1;
+    Bytes bytes(counts.byteCount(), 0);
+    std::fill_n(bytes.begin(), counts.innerCount + counts.pointerCount / 8, 0xff);
+    const size_t references = counts.innerCount + counts.pointerCount / 8;
+    for (size_t p = counts.pointerCount - 4096; p < counts.pointerCount; p += 2)
+        bytes[counts.innerCount + p / 8] ^= uint8_t(1u << (p % 8));
+    std::fill_n(bytes.begin() + ptrdiff_t(references), counts.referenceCount, 1);
+    for (const int threads : {1, 3}) {
+        setThreadCount(threads);
+        try {
+            decodeDag(viewOf(std::as_const(bytes)), counts, grid, "x");
+            ADD_FAILURE() << "it was read";
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(),
+                        testing::HasSubstr("level 3 has more nodes than the file holds"));
+        }
+    }
+    setThreadCount(0);
+}
+
+// A payload whose checksum is right, but whose frames are not what the counts say.
+TEST(Asset, FramesOfOtherSizesAreRefused) {
+    const TempFile file("frames.svdag");
+    writeAsset(largeAsset(), file.path, AssetPacking::kFast);
+    const Bytes whole = file.read();
+    const std::vector<size_t> frames = framesOf(whole);
+    ASSERT_GE(frames.size(), 2u);
+    const auto first = ptrdiff_t(frames[0]), second = ptrdiff_t(frames[1]);
+    const auto with = [&](const std::function<void(Bytes&)>& change) {
+        Bytes bytes = whole;
+        change(bytes);
+        const uint64_t payloadBytes = bytes.size() - frames[0];
+        std::memcpy(&bytes[kPayloadBytesAt], &payloadBytes, 8);
+        correctChecksums(bytes);
+        return refusal(file, bytes);
+    };
+    EXPECT_EQ(with([](Bytes&) {}), "");
+    const auto saysSo = testing::HasSubstr("does not unpack to");
+    EXPECT_THAT(with([&](Bytes& b) { b.resize(frames.back()); }), saysSo);
+    EXPECT_THAT(with([&](Bytes& b) {
+                    const Bytes frame(b.begin() + first, b.begin() + second);
+                    b.insert(b.end(), frame.begin(), frame.end());
+                }),
+                saysSo);
+    EXPECT_THAT(with([](Bytes& b) { b.pop_back(); }), saysSo);
+    EXPECT_THAT(with([](Bytes& b) { b.push_back(7); }), saysSo);
+    const Bytes empty = {0x28, 0xb5, 0x2f, 0xfd, 0x20, 0, 1, 0, 0}; // a frame of no bytes
+    EXPECT_THAT(with([&](Bytes& b) { b.insert(b.end(), empty.begin(), empty.end()); }), saysSo);
+    const Bytes unsized = {0x28, 0xb5, 0x2f, 0xfd, 0, 0x58, 1, 0, 0}; // a window, no content size
+    EXPECT_THAT(
+        with([&](Bytes& b) { b.insert(b.begin() + second, unsized.begin(), unsized.end()); }),
+        saysSo);
+    EXPECT_THAT(with([&](Bytes& b) { b[size_t(second)] ^= 1; }), saysSo);     // its magic
+    EXPECT_THAT(with([&](Bytes& b) { b[size_t(second) + 5] ^= 1; }), saysSo); // its size
+}
+
 // The streams themselves damaged, below zstd.
 TEST(Asset, DamagedStreamsAreRefusedOrSound) {
     std::mt19937 random(53);
     const Dag dag = sampleAsset(5, 0.02, 5).dag;
     EncodedCounts counts;
     const Bytes whole = encodeDag(dag, counts);
-    EXPECT_EQ(decodeDag(whole, counts, dag.grid, "x").words, dag.words);
+    EXPECT_EQ(decodeDag(viewOf(whole), counts, dag.grid, "x").words, dag.words);
     int refused = 0, sound = 0;
     for (int i = 0; i < 5000; ++i) {
         Bytes bytes = whole;
         bytes[random() % bytes.size()] ^= uint8_t(1u << (random() % 8));
         try {
-            const Dag damaged = decodeDag(bytes, counts, dag.grid, "x");
+            const Dag damaged = decodeDag(viewOf(std::as_const(bytes)), counts, dag.grid, "x");
             ++sound;
             EXPECT_EQ(damaged.words.size(), dag.words.size());
             computeDagStats(damaged);
@@ -418,7 +576,7 @@ TEST(Asset, EachStructuralFaultIsNamed) {
         if (at < bytes.size())
             bytes[at] = value;
         try {
-            decodeDag(bytes, c, grid, "x");
+            decodeDag(viewOf(std::as_const(bytes)), c, grid, "x");
         } catch (const Error& e) {
             return std::string(e.what());
         }
@@ -440,11 +598,12 @@ TEST(Asset, EachStructuralFaultIsNamed) {
     Bytes leaf(8, 0);
     EncodedCounts one;
     one.leafCount = 1;
-    EXPECT_THROW(decodeDag(leaf, one, single, "x"), Error); // empty leaf
+    EXPECT_THROW(decodeDag(viewOf(std::as_const(leaf)), one, single, "x"), Error); // empty leaf
     leaf[0] = 3;
-    EXPECT_THROW(decodeDag(leaf, one, single, "x"), Error); // a voxel outside a grid of one
+    EXPECT_THROW(decodeDag(viewOf(std::as_const(leaf)), one, single, "x"),
+                 Error); // a voxel outside a grid of one
     leaf[0] = 1;
-    EXPECT_NO_THROW(decodeDag(leaf, one, single, "x"));
+    EXPECT_NO_THROW(decodeDag(viewOf(std::as_const(leaf)), one, single, "x"));
 }
 
 TEST(Asset, AbsentFileAndFolderAreRefusedByName) {

@@ -117,6 +117,51 @@ TEST(DagTrace, WideFormEqualsTheCanonicalOneBitForBit) {
     EXPECT_GT(misses, 3000);
 }
 
+/// Calls visit(cell, voxels) for the leaves under a wide node, depth first; cell is its number
+/// among the cells of its size in Morton order.
+template <class Visit>
+void forWideLeaves(const WideDag& wide, uint32_t address, uint32_t level, uint64_t cell,
+                   const Visit& visit) {
+    const uint64_t cells = wide.words.at(address) | uint64_t(wide.words.at(address + 1)) << 32;
+    if (level == kLeafLog2)
+        return visit(cell, cells);
+    uint32_t next = address + 2;
+    for (uint64_t rest = cells; rest != 0; rest &= rest - 1)
+        forWideLeaves(wide, wide.words.at(next++), level - 2,
+                      cell << 6 | uint64_t(std::countr_zero(rest)), visit);
+}
+
+// Levels of up to 4096 nodes that have wide ones, several parts for threads; an even and an odd
+// root.
+TEST(WideDag, LargeOnesHaveTheLeavesOfTheCanonicalFormForAnyThreadCount) {
+    std::mt19937 random(19);
+    for (const auto& [log2, density] : {std::pair{8u, 0.02}, std::pair{7u, 0.3}}) {
+        const DenseGrid grid = randomGrid(log2, density, random);
+        const Dag dag = dagOf(grid);
+        setThreadCount(1);
+        const WideDag wide = buildWideDag(dag);
+        setThreadCount(3);
+        EXPECT_TRUE(buildWideDag(dag).words == wide.words) << log2;
+        setThreadCount(0);
+        uint64_t voxelCount = 0, wrongCount = 0;
+        forWideLeaves(wide, wide.rootAddress, wide.rootLevel, 0,
+                      [&](uint64_t cell, uint64_t voxels) {
+                          uint32_t at[3] = {0, 0, 0};
+                          for (uint32_t bit = 0; bit < 3 * kMaxResolutionLog2; ++bit)
+                              at[bit % 3] |= uint32_t(cell >> bit & 1) << (bit / 3);
+                          voxelCount += uint64_t(std::popcount(voxels));
+                          for (; voxels != 0; voxels &= voxels - 1) {
+                              const uint32_t v = uint32_t(std::countr_zero(voxels));
+                              wrongCount += !grid.at(4 * at[0] + 2 * (v >> 3 & 1) + (v & 1),
+                                                     4 * at[1] + 2 * (v >> 4 & 1) + (v >> 1 & 1),
+                                                     4 * at[2] + 2 * (v >> 5 & 1) + (v >> 2 & 1));
+                          }
+                      });
+        EXPECT_EQ(voxelCount, grid.count()) << log2;
+        EXPECT_EQ(wrongCount, 0u) << log2;
+    }
+}
+
 // As a GPU traces, here on the CPU; also where many nodes lie on the way.
 TEST(DagTrace, FlatTraversalEqualsTheCanonicalOneBitForBit) {
     constexpr unsigned kSeed = 17;

@@ -237,6 +237,27 @@ def parts_table(folder):
     return lines
 
 
+def module_table(path):
+    """Returns the lines of tests/bench/module.py: opening assets, and frames through the Python module."""
+    result = read_json(path)
+    opened, frames = result["assets"], result["frames"]
+    ranged = lambda row, key, digits: f"{row[key]:.{digits}f} ({row[key + '_min']:.{digits}f} to {row[key + '_max']:.{digits}f})"
+    rows = {}
+    for frame in frames:
+        rows.setdefault((frame["scene"], frame["size"]), []).append(ranged(frame, "call_over_renderer", 3))
+    methods = list(dict.fromkeys(frame["method"] for frame in frames))
+    return ["", "**Opening an asset**, 4096³, packed fast, each time in a new process, the file in the system's cache: ms until all of it is "
+            "read and verified, and until the first rays are traced; median, least and greatest of {}. `python3 tests/bench/module.py` "
+            "({})".format(opened[0]["repeat_count"], machine_of(result["provenance"])), "",
+            "| scene | file, MiB | read | first rays | both |", "|---|---:|---:|---:|---:|",
+            *("| {} | {:.1f} | {} | {} | {} |".format(row["scene"].removeprefix("builtin:"), row["asset_bytes"] / 2.0**20,
+                                                     *(ranged(row, key, 1) for key in ("read_ms", "first_rays_ms", "open_ms"))) for row in opened),
+            "", "**A frame through the Python module**, of the same run: wall clock of the call over that of the renderer inside it; median, "
+            "least and greatest of {}.".format(frames[0]["repeat_count"]), "",
+            "| scene | size | " + " | ".join(methods) + " |", "|---|---|" + "---:|" * len(methods),
+            *("| {} | {} | {} |".format(scene.removeprefix("builtin:"), size, " | ".join(cells)) for (scene, size), cells in rows.items())]
+
+
 def provenance_table(folder):
     """Returns which files are of which commit, processor and device, by these."""
     files = {}
@@ -266,6 +287,8 @@ def claims(folder):
     for path in sorted(folder.glob("bench-voxel-*.json")):
         lines += bench_table(path)
     lines += parts_table(folder)
+    if (folder / "module.json").exists():
+        lines += module_table(folder / "module.json")
     lines += provenance_table(folder)
     return "\n".join(lines) + "\n"
 
