@@ -117,7 +117,7 @@ def main():
             for method in METHODS:
                 row, provenance = frame_row(build, scene, size, method, options.repeats)
                 frames.append(row)
-    options.output.write_text(json.dumps({"assets": assets, "frames": frames, "provenance": provenance}, indent=1) + "\n")
+    options.output.write_text(json.dumps({"bench": "module", "assets": assets, "frames": frames, "provenance": provenance}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
 #include "tools/workspace/asset_json.h"
 #include "tools/workspace/build_meter.h"
 #include "tools/workspace/scene_setup.h"

@@ -53,7 +53,8 @@ constexpr std::pair<const char*, const char*> kNameKeysOfKind[] = {
     {"filters", "shape"},       {"filters", "angle_degrees"}, {"filters", "face_texels"},
     {"filters", "bias_texels"}, {"filters", "taps"},          {"gpu_check", "step"},
     {"gpu_check", "backend"},   {"gpu_check", "resolution"},  {"gpu_check", "size"},
-    {"gpu_check", "kernel"},    {"layouts", "resolution"},    {"layouts", "variant"}};
+    {"gpu_check", "kernel"},    {"layouts", "resolution"},    {"layouts", "variant"},
+    {"bench module", "size"}};
 /// Kinds whose numbers are times and what follows from times, but for their counts.
 constexpr const char* kKindsOfTimes[] = {"calibrate", "regret"};
 /// Kinds that are an object of rows by name.

@@ -2,6 +2,7 @@
 // Reads the rows of studies of scale, and reports where methods become faster than Embree.
 #include "tools/report/csv.h"
 #include "tools/settings/console.h"
+#include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
 #include "tools/studies/scale.h"
 
