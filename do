@@ -167,7 +167,7 @@ case $command in
     report)
         step 1 'installing the missing packages: one to two minutes if all are missing'
         installPackages report
-        step 2 'building the program: about six minutes on two cores if nothing is built yet'
+        step 2 'building the program: three to five minutes on two cores if nothing is built yet'
         buildWithoutTests shadowdag
         step 3 'measuring: less than a minute on two cores, for the experiment of ./do report'
         (($# > 0)) || set -- --experiment scenes/experiments/first.json

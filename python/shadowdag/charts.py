@@ -58,24 +58,20 @@ class Figures:
 
 
 def draw(results, only=None):
-    """Returns the charts of a compare's results: a dict of figures by name.
+    """Returns the charts of a compare's results, all of which the report has that do: a dict of figures by name.
 
-    only: the beginning of the names to draw; "speed_accuracy" needs the least.
+    only: the beginning of the names to return: "speed_accuracy", which needs the least, "threshold", "stages", "bytes" and so on.
     """
     runs = results.get("runs") or []
     if not runs or any("time_ms" not in run for run in runs):
         raise UsageError("charts need runs with times; measure with repeats of 1 or more")
     kept = Figures()
     with drawing() as plt:
-        from shadowdag_report.charts.runs import over_frames
-        from shadowdag_report.charts.speed_accuracy import speed_accuracy
-        from shadowdag_report.charts.threshold import over_threshold
-        for scene in dict.fromkeys(run["scene"] for run in runs):
-            merged = over_frames([{"dag_bytes": 0, "map_bytes": 0, **run} for run in runs if run["scene"] == scene])
-            costs = [cost for cost in results.get("map_costs", ()) if cost["scene"] == scene and cost.get("start") != "warm"]
-            speed_accuracy(kept, scene, merged, results["experiment"], costs)
-            if only != "speed_accuracy":
-                over_threshold(kept, scene, merged, results["experiment"])
+        from shadowdag_report.charts import steps_of
+        complete = [{"dag_bytes": 0, "map_bytes": 0, **run} for run in runs]
+        for chart, *arguments in steps_of(complete, results.get("map_costs") or [], results["experiment"]):
+            if only != "speed_accuracy" or chart.__name__ == only:
+                chart(kept, *arguments)
         for figure in kept.figures.values():
             plt.close(figure)  # a notebook shows what a cell returns, not every figure
-    return kept.figures
+    return {name: figure for name, figure in kept.figures.items() if name.startswith(only or "")}

@@ -62,6 +62,7 @@ class Results:
     def charts(self, name: str | None = None) -> dict[str, matplotlib.figure.Figure]:
         """Returns the charts of the runs as a dict of matplotlib figures by file name, as the report names them.
 
+        name: the beginning of the names to return, as "speed_accuracy"; None: all that the report has of such runs.
         Raises UsageError where runs have no times.
         """
         from .charts import draw

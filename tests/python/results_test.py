@@ -64,6 +64,18 @@ class Results(unittest.TestCase):
             self.assertGreater(os.path.getsize(file.name), 5000)
         self.assertEqual(dict(matplotlib.rcParams), before)
 
+    def test_charts_are_those_of_the_report(self):
+        with tempfile.TemporaryDirectory() as folder:
+            output = os.path.join(folder, "r")
+            results = sd.compare(SCENE, output, size=SIZE, methods=["hybrid", "maps", "dag"], repeats=1, warmups=0,
+                                 believe=["none", "2", "all"], thresholds=["8", "16"])
+            drawn = {os.path.splitext(name)[0] for name in os.listdir(os.path.join(output, "charts")) if name.endswith(".png")}
+        charts = results.charts()
+        self.assertEqual(set(charts), drawn)
+        for kind in ("speed_accuracy", "threshold", "stages", "bytes", "believe", "visibility"):
+            self.assertTrue(any(name.startswith(kind + "_") for name in charts), kind)
+        self.assertEqual(list(results.charts("stages")), [name for name in charts if name.startswith("stages_")])
+
     def test_charts_need_no_window(self):
         script = f"""
 import shadowdag as sd

@@ -14,10 +14,9 @@ from .speed_accuracy import speed_accuracy
 from .threshold import over_threshold
 
 
-def draw(paths, directory, mixed=False):
-    """Draws all charts for which the files have data."""
-    all_runs, all_costs, experiment = load(paths, mixed)
-    charts = Charts(directory)
+def steps_of(all_runs, all_costs, experiment):
+    """Returns the charts of runs as (function, argument...), which come behind the directory of charts; a function draws nothing for
+    which there are no data."""
     scenes = list(dict.fromkeys(run["scene"] for run in all_runs))
     merged = {scene: over_frames([r for r in all_runs if r["scene"] == scene]) for scene in scenes}
     steps = []  # of every scene, one after the other for each chart
@@ -36,6 +35,13 @@ def draw(paths, directory, mixed=False):
                    "Time of a map by both methods over its samples")]
         steps += [(chart, scene, runs) for chart in (bytes_chart, stages_chart, resolution_chart, lod_chart, believe_chart)]
         steps.append((histogram_chart, scene, runs, experiment))
+    return steps
+
+
+def draw(paths, directory, mixed=False):
+    """Draws all charts for which the files have data."""
+    steps = steps_of(*load(paths, mixed))
+    charts = Charts(directory)
     charts.expect(len(steps))
     for chart, *arguments in steps:
         chart(charts, *arguments)
