@@ -111,8 +111,13 @@ GltfParts meshoptFile(const Packing& indices = {}, const std::string& filter = "
     std::vector<glm::vec3> positions = gridPositions();
     if (filter == "EXPONENTIAL") { // as they are stored: exact for these numbers
         std::vector<uint32_t> stored(positions.size() * 3);
+#if MESHOPTIMIZER_VERSION >= 190 // before, exponents were always shared by a vector
+        meshopt_encodeFilterExp(stored.data(), positions.size(), sizeof(glm::vec3), 24,
+                                &positions[0].x, meshopt_EncodeExpSharedVector);
+#else
         meshopt_encodeFilterExp(stored.data(), positions.size(), sizeof(glm::vec3), 24,
                                 &positions[0].x);
+#endif
         std::memcpy(positions.data(), stored.data(), stored.size() * sizeof(uint32_t));
     }
     std::vector<unsigned char> vertices(
