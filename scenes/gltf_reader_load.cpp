@@ -463,6 +463,8 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes) {
         const JsonSummary::Buffer& buffer = summary.buffers[i];
         const std::string place = "buffers/" + std::to_string(i);
         const std::string filePath = buffer.uri.empty() ? "" : pathBeside(access, buffer.uri);
+        if (filePath.find('\0') != std::string::npos) // releases from 2.9 on read what is before it
+            fail(document, place, access.folder.refusalOf(filePath));
         const auto data = access.dataUris.find(filePath);
         if (data != access.dataUris.end())
             fitToBuffer(document, *data->second, buffer.byteLength, place);

@@ -189,9 +189,15 @@ private:
             byteLength_ = {value, size_t(end - text_)};
         } else if (key == "uri" && value < length_ && text_[value] == '"') {
             buffer.uri.clear();
-            for (++value; value < length_ && text_[value] != '"'; ++value)
-                if (text_[value] != '\\') // of "\/" alone; other escapes match no file
+            constexpr std::string_view kZero = "\\u0000"; // a byte with which no name is opened
+            for (++value; value < length_ && text_[value] != '"'; ++value) {
+                if (std::string_view(text_ + value, length_ - value).starts_with(kZero)) {
+                    buffer.uri += '\0';
+                    value += kZero.size() - 1;
+                } else if (text_[value] != '\\') { // of "\/" alone; other escapes match no file
                     buffer.uri += text_[value];
+                }
+            }
         }
     }
 

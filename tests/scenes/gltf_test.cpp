@@ -547,7 +547,7 @@ TEST(Gltf, ExtensionThatIsOnlyUsedIsNamedWhenReadingFails) {
     GltfParts parts = triangleFile();
     parts.set("extensionsUsed", R"(["KHR_meshopt_compression"])")
         .set("accessors", R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
-                          R"({"componentType":5123,"count":3,"type":"SCALAR"}])");
+                          R"({"bufferView":1,"count":3,"type":"SCALAR"}])");
     EXPECT_THAT(messageOf(parts), HasSubstr("KHR_meshopt_compression"));
 }
 
