@@ -164,14 +164,16 @@ private:
         return uint32_t(in_[at_.flags + pointer / 8]) >> (pointer % 8) & 1u;
     }
 
+    static size_t chunkCount(uint64_t nodeCount) {
+        return size_t((nodeCount + kNodesPerChunk - 1) / kNodesPerChunk);
+    }
     /// Calls body(chunk number, first node, end) for the chunks of `nodeCount` nodes.
     template <class Body> static void forChunks(uint64_t nodeCount, const Body& body) {
-        cpuParallelRanges((nodeCount + kNodesPerChunk - 1) / kNodesPerChunk, 1,
-                          [&](size_t begin, size_t end) {
-                              for (size_t c = begin; c < end; ++c)
-                                  body(c, c * kNodesPerChunk,
-                                       std::min<uint64_t>((c + 1) * kNodesPerChunk, nodeCount));
-                          });
+        cpuParallelRanges(chunkCount(nodeCount), 1, [&](size_t begin, size_t end) {
+            for (size_t c = begin; c < end; ++c)
+                body(c, c * kNodesPerChunk,
+                     std::min<uint64_t>((c + 1) * kNodesPerChunk, nodeCount));
+        });
     }
     /// Returns the first bad node or pointer of all chunks.
     static uint64_t firstBad(const std::vector<Chunk>& chunks) {
@@ -202,7 +204,7 @@ private:
                  " nodes, the file holds " + std::to_string(counts_.innerCount - next_.innerCount) +
                  " more");
         const uint8_t* masks = in_ + at_.masks + next_.innerCount;
-        std::vector<Chunk> chunks((nodeCount + kNodesPerChunk - 1) / kNodesPerChunk);
+        std::vector<Chunk> chunks(chunkCount(nodeCount));
         forChunks(nodeCount, [&](size_t c, uint64_t begin, uint64_t end) {
             for (uint64_t i = end; i-- > begin;)
                 if (masks[i] == 0)
@@ -295,7 +297,7 @@ private:
     void addressNodes(const uint8_t* masks, uint64_t nodeCount, uint64_t base) {
         addresses_.clear(); // so that no old element is copied
         addresses_.resize(nodeCount);
-        std::vector<uint64_t> begins((nodeCount + kNodesPerChunk - 1) / kNodesPerChunk);
+        std::vector<uint64_t> begins(chunkCount(nodeCount));
         forChunks(nodeCount, [&](size_t c, uint64_t begin, uint64_t end) {
             begins[c] = end - begin + countBits(masks, 8 * begin, 8 * end);
         });
@@ -311,7 +313,7 @@ private:
     }
 
     void readLeaves() {
-        std::vector<Chunk> chunks((counts_.leafCount + kNodesPerChunk - 1) / kNodesPerChunk);
+        std::vector<Chunk> chunks(chunkCount(counts_.leafCount));
         forChunks(counts_.leafCount, [&](size_t c, uint64_t begin, uint64_t end) {
             uint32_t* out = dag_.words.data() + wordCount_;
             for (uint64_t l = begin; l < end; ++l) {
